@@ -1,0 +1,1 @@
+"""Floor 3: coarse, rigid and global alignment."""

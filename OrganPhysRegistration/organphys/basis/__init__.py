@@ -1,0 +1,1 @@
+"""Floor 5: skinning weights and the reduced deformation basis."""

@@ -1,0 +1,1 @@
+"""Floor 0: frames, argument checks, notices, progress and solver reports. Imports numpy only."""

@@ -1,0 +1,1 @@
+"""Floor 4: tissue, hyperelastic energies and solvers."""

@@ -1,0 +1,1 @@
+"""Floor 10: the stages put together, and the command line."""

@@ -1,0 +1,1 @@
+"""Floor 1: frozen records of point sets, and sampling of them."""
