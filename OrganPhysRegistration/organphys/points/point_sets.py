@@ -82,7 +82,8 @@ class Box:
 
     def contains(self, points: Array) -> NDArray[np.bool_]:
         """(N,) bool: which of the points (N, 3) lie inside."""
-        return (np.abs((points - self.centre) @ self.axes.T) <= self.size / 2).all(1)
+        inside: NDArray[np.bool_] = np.all(np.abs((points - self.centre) @ self.axes.T) <= self.size / 2, axis=1)
+        return inside
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ class Camera:
 
 @dataclass(frozen=True)
 class SceneUnit:
-    """What is known of the splat's unit: millimetres per scene unit, with a standard deviation in percent (0: exact)."""
+    """Millimetres per scene unit, with a standard deviation in percent (0: exact)."""
 
     mm_per_unit: float
     percent: float = 0.0
