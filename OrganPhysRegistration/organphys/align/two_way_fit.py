@@ -1,0 +1,210 @@
+"""Batched two-way robust fit of similarities: splat points to the organ, and organ points to the reference image.
+
+Residuals of one pose, lengths in the normalised CT frame:
+(a) splat sample -> nearest organ sample, point to plane; normals that disagree count as distance;
+(b) organ sample that faces the camera, inside the mask and not far behind the seen surface -> the splat point of its
+    pixel, point to plane: visible match and free space in one (deeper points count as self-occluded);
+(c) organ sample in a known-empty pixel -> plane through the camera and the nearest mask edge (silhouette).
+Robust cost e / (e + tau^2) (Geman-McClure). Organ samples that face the camera where nothing can be seen cost 0.8
+each, or huge organs would hide outside the view. Arrays are kept per axis, (B, points), float32: a third of the
+time of (B, points, 3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..ground.checks import Array
+from ..points.sampling import farthest_points, random_subset
+from ..points.surface_samples import ClosestSampleGrid, SurfaceSamples
+from .poses import Poses
+from .splat_view import SplatView
+
+Single = NDArray[np.float32]
+UNSEEN_COST = np.float32(0.8)
+FACING = np.float32(0.15)
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Linearised residuals: cost per pose (B,), weight, residual (B, P), and point, normal as three (B, P) each."""
+
+    cost: Single
+    weight: Single
+    residual: Single
+    point: tuple[Single, Single, Single]
+    normal: tuple[Single, Single, Single]
+
+
+class TwoWayFit:
+    """Scores and improves batches of poses T_camera_normalised with ``count`` points a side."""
+
+    def __init__(
+        self, samples: SurfaceSamples, grid: ClosestSampleGrid, view: SplatView, *, count: int, seed: int = 0
+    ) -> None:
+        surface, image = view.surface, view.image
+        self.grid = grid
+        self.organ = _columns(samples.points), _columns(samples.normals)
+        splat_index = _subset(surface.samples, count, seed)
+        organ_index = _subset(samples.points, count, seed)
+        self.splat_points = _homogeneous(surface.samples[splat_index])
+        self.splat_normals = surface.sample_normals[splat_index].T.astype(np.float32)
+        self.organ_points = _homogeneous(samples.points[organ_index])
+        self.organ_normals = samples.normals[organ_index].T.astype(np.float32)
+        self.image = image
+        self.front_points = tuple(c[image.front.ravel()] for c in _columns(surface.points))
+        self.front_normals = tuple(c[image.front.ravel()] for c in _columns(surface.normals))
+        self.front_distance = np.sqrt(sum(c * c for c in self.front_points))
+        edge = image.centre(np.moveaxis(image.nearest, 0, -1).reshape(-1, 2)).astype(np.float32)
+        self.edge = edge[:, 0].copy(), edge[:, 1].copy()
+        self.seen = (image.mask & ~image.unknown).ravel()
+        self.unknown = image.unknown.ravel()
+        self.gap = image.gap.ravel()
+        self.nearest_depth = np.float32(1e-3 * surface.radius)
+
+    def score(self, poses: Poses, tau: float) -> tuple[Array, Array]:
+        """Costs (B,) of the splat side (0..1) and of the camera side; their sum ranks poses."""
+        return (
+            self._splat_rows(poses, tau, rows=False).cost.astype(np.float64),
+            self._camera_rows(poses, tau, rows=False).cost.astype(np.float64),
+        )
+
+    def step(self, poses: Poses, tau: float, *, damping: float, free_scale: bool = True) -> Poses:
+        """One damped Gauss-Newton step of all seven parameters (six with a known scale) of every pose."""
+        parts = self._splat_rows(poses, tau), self._camera_rows(poses, tau)
+        hessian, gradient = (sum(x) for x in zip(*(_normal_equations(p) for p in parts), strict=True))
+        diagonal = np.trace(hessian, axis1=1, axis2=2)[:, None, None] / 7 * damping + 1e-12
+        unknowns = 7 if free_scale else 6
+        hessian = (hessian + diagonal * np.eye(7))[:, :unknowns, :unknowns]
+        change = np.zeros((len(poses), 7))
+        change[:, :unknowns] = -np.linalg.solve(hessian, gradient[:, :unknowns, None])[..., 0]
+        limit = np.array([0.3, 0.3, 0.3, 0.4, 0.4, 0.4, 0.12])
+        return poses.source_twist(np.clip(change, -limit, limit))
+
+    def _splat_rows(self, poses: Poses, tau: float, *, rows: bool = True) -> _Rows:
+        tau2 = np.float32(tau * tau)
+        to_ct = poses.rotation.transpose(0, 2, 1) / poses.scale[:, None, None]
+        shift = -np.einsum("bij,bj->bi", to_ct, poses.translation)
+        x = _transform(to_ct, shift, self.splat_points)
+        nearest = self.grid.lookup(*x)
+        points, normals = self.organ
+        n = tuple(c[nearest] for c in normals)
+        d = tuple(a - c[nearest] for a, c in zip(x, points, strict=True))
+        turned = _transform(poses.rotation.transpose(0, 2, 1), None, self.splat_normals)
+        error = _dot(d, d) + np.float32(0.49) * tau2 * (1 - np.clip(_dot(turned, n), -1, 1))
+        cost = (error / (error + tau2)).mean(1)
+        if not rows:
+            return _Rows(cost, cost, cost, x, x)
+        return _Rows(cost, (1 + error / tau2) ** -2, _dot(n, d), x, n)
+
+    def _camera_rows(self, poses: Poses, tau: float, *, rows: bool = True) -> _Rows:
+        tau2, scale = np.float32(tau * tau), poses.scale.astype(np.float32)[:, None]
+        y = _transform(poses.rotation * poses.scale[:, None, None], poses.translation, self.organ_points)
+        n = _transform(poses.rotation, None, self.organ_normals)
+        distance = np.sqrt(_dot(y, y))
+        facing = -_dot(n, y) / distance
+        depth = np.maximum(y[2], self.nearest_depth)
+        pixel, inside = self._pixels(y, depth)
+        unknown = self.unknown[pixel] | ~inside
+        seen = self.seen[pixel] & inside
+        before = (self.front_distance[pixel] - distance) / scale  # > 0: before the seen surface
+        front = seen & (facing > FACING) & (before > np.float32(-1.5 * tau))
+        empty = ~(self.image.mask.ravel()[pixel] | unknown)
+        beside = self.gap[pixel] * depth / scale
+        towards = np.clip(facing, 0, 1)
+        error = np.where(front, before * before, np.where(empty, beside * beside, 0))
+        weight = np.where(front, towards, empty.astype(np.float32))
+        unseen = np.where(unknown & (facing > FACING), towards, 0).sum(1)
+        total, count = weight.sum(1), np.float32(self.organ_points.shape[1])
+        cost = (weight * error / (error + tau2)).sum(1) + UNSEEN_COST * unseen
+        cost /= np.maximum(total + unseen, 0.05 * count)
+        if not rows:
+            return _Rows(cost, cost, cost, y, y)
+        weight *= (1 + error / tau2) ** -2
+        weight *= (self.splat_points.shape[1] / np.maximum(total, 0.15 * count))[:, None]
+        target, normal = self._camera_targets(y, depth, pixel, empty)
+        to_ct = poses.rotation.transpose(0, 2, 1).astype(np.float32)
+        moved = tuple(a - t[:, None] for a, t in zip(target, poses.translation.T.astype(np.float32), strict=True))
+        point = tuple(a / scale for a in _turn(to_ct, moved))
+        normal = _turn(to_ct, normal)
+        offset = tuple(a - q for a, q in zip(point, self.organ_points[:3], strict=True))
+        return _Rows(cost, weight, _dot(offset, normal), point, normal)
+
+    def _pixels(self, y: tuple[Single, ...], depth: Single) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
+        """Flat pixel index (clamped) of camera-frame points, and which of them are in the image."""
+        flat: NDArray[np.int32] = np.zeros(depth.shape, dtype=np.int32)
+        inside = y[2] > 0
+        for k, size in enumerate(self.image.mask.shape):
+            index = np.floor((y[k] / depth - np.float32(self.image.low[k])) * np.float32(1 / self.image.pixel))
+            inside &= (index >= 0) & (index < size)
+            np.clip(index, 0, size - 1, out=index)
+            flat = flat * np.int32(size) + index.astype(np.int32)
+        return flat, inside
+
+    def _camera_targets(
+        self, y: tuple[Single, ...], depth: Single, pixel: NDArray[np.int32], empty: NDArray[np.bool_]
+    ) -> tuple[tuple[Single, Single, Single], tuple[Single, Single, Single]]:
+        """Target point and plane normal per organ sample, camera frame: seen splat point, or silhouette plane."""
+        edge = tuple(c[pixel] for c in self.edge)
+        across = tuple(y[k] - edge[k] * depth for k in range(2))
+        length = np.maximum(np.sqrt(across[0] ** 2 + across[1] ** 2), np.float32(1e-9))
+        u, v = across[0] / length, across[1] / length
+        w = -(u * edge[0] + v * edge[1])  # the plane holds the camera and the edge's ray
+        norm = np.maximum(np.sqrt(u * u + v * v + w * w), np.float32(1e-9))
+        plane_point = edge[0] * depth, edge[1] * depth, depth
+        plane_normal = u / norm, v / norm, w / norm
+        return (
+            _pick(empty, plane_point, tuple(c[pixel] for c in self.front_points)),
+            _pick(empty, plane_normal, tuple(c[pixel] for c in self.front_normals)),
+        )
+
+
+def _subset(points: Array, count: int, seed: int) -> NDArray[np.int64]:
+    """Few points are spread out by farthest-point sampling, many drawn at random."""
+    return farthest_points(points, count) if count <= 150 else random_subset(len(points), count, seed)
+
+
+def _columns(points: Array) -> tuple[Single, Single, Single]:
+    x, y, z = np.ascontiguousarray(points.T, dtype=np.float32)
+    return x, y, z
+
+
+def _homogeneous(points: Array) -> Single:
+    return np.concatenate([points.T, np.ones((1, len(points)))]).astype(np.float32)
+
+
+def _transform(matrix: Array, shift: Array | None, columns: Single) -> tuple[Single, Single, Single]:
+    """matrix (B, 3, 3) @ columns (3 or 4, P) + shift (B, 3) as one product; three arrays (B, P)."""
+    if shift is not None:
+        matrix = np.concatenate([matrix, shift[..., None]], axis=2)
+    rows = matrix.transpose(1, 0, 2).reshape(-1, matrix.shape[2]).astype(np.float32)
+    x, y, z = (rows @ columns).reshape(3, len(matrix), -1)
+    return x, y, z
+
+
+def _turn(matrix: Single, v: tuple[Single, ...]) -> tuple[Single, Single, Single]:
+    """matrix (B, 3, 3) times a different vector for every pose and point."""
+    x, y, z = (sum(matrix[:, i, j, None] * v[j] for j in range(3)) for i in range(3))
+    return x, y, z
+
+
+def _dot(a: tuple[Single, ...], b: tuple[Single, ...]) -> Single:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _pick(mask: NDArray[np.bool_], a: tuple[Single, ...], b: tuple[Single, ...]) -> tuple[Single, Single, Single]:
+    x, y, z = (np.where(mask, p, q) for p, q in zip(a, b, strict=True))
+    return x, y, z
+
+
+def _normal_equations(rows: _Rows) -> tuple[Array, Array]:
+    """J^T W J (B, 7, 7) and J^T W r (B, 7) for the change x' = exp(w) e^c x + v of the source frame."""
+    (x, y, z), (a, b, c) = rows.point, rows.normal
+    jacobian = np.stack([y * c - z * b, z * a - x * c, x * b - y * a, a, b, c, _dot(rows.point, rows.normal)], axis=1)
+    weighted = jacobian * rows.weight[:, None, :]
+    hessian = weighted @ jacobian.transpose(0, 2, 1)
+    gradient = (weighted @ rows.residual[..., None])[..., 0]
+    return hessian.astype(np.float64), gradient.astype(np.float64)
