@@ -63,8 +63,7 @@ class ReducedBasis:
         raw = np.zeros((self.size, 3))
         raw[-4:-1] = np.asarray(matrix).T
         raw[-1] = shift
-        solved: Array = np.linalg.solve(self.whitening, raw)
-        return solved
+        return np.asarray(np.linalg.solve(self.whitening, raw), dtype=np.float64)
 
     def arrays(self) -> dict[str, Array]:
         """Arrays for the asset file; ``from_arrays`` needs ``weights.kind`` beside them."""
