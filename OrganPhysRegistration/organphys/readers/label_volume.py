@@ -1,0 +1,164 @@
+"""Label maps and segmentations on disk: header first, voxels slab by slab, so that memory stays bounded.
+
+Index order is the file's reversed, (k, j, i) as numpy shows a SimpleITK image. World coordinates are RAS mm: ITK's
+LPS is flipped here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..ground.checks import Array, InputError
+from ..ground.frames import ras_from_lps
+from ..ground.progress import Progress, no_progress
+from .volume_checks import check_declared_size, check_is_volume_file
+
+STREAM_ABOVE_BYTES = 300_000_000  # larger NIfTI files are read in slabs; ITK holds each slab twice
+SLAB_VOXELS = 8_000_000  # what is compared or counted at once
+
+
+@dataclass(frozen=True)
+class VolumeHeader:
+    """Facts of a label map before its voxels are read.
+
+    shape (3,) in index order (k, j, i); origin_ras (3,) mm: centre of voxel (0, 0, 0); step_ras (3, 3) mm: columns are
+    the world steps along k, j and i; spacing_mm (3,) in the same order; layers: label maps stored side by side.
+    """
+
+    path: Path
+    shape: tuple[int, int, int]
+    layers: int
+    pixel_type: str
+    bytes_per_voxel: int
+    origin_ras: Array
+    step_ras: Array
+    metadata: dict[str, str] = field(default_factory=dict, repr=False)
+
+    @property
+    def spacing_mm(self) -> Array:
+        spacing: Array = np.linalg.norm(self.step_ras, axis=0)
+        return spacing
+
+    @property
+    def voxel_ml(self) -> float:
+        return float(np.prod(self.spacing_mm)) / 1000
+
+    def world(self, index: Array) -> Array:
+        """RAS mm positions (N, 3) of indices (N, 3) in (k, j, i) order."""
+        return np.asarray(index) @ self.step_ras.T + self.origin_ras
+
+
+def read_header(path: str | Path) -> VolumeHeader:
+    """Header of a .nii, .nii.gz, .nrrd, .seg.nrrd, .mha or .mhd file; InputError where it cannot be a label map."""
+    path = Path(path)
+    check_is_volume_file(path)
+    reader = _reader(path)
+    try:
+        reader.ReadImageInformation()
+    except RuntimeError as error:
+        raise InputError(f"{path}: not readable as a label map ({_first_reason(error)})") from error
+    size, dimension = reader.GetSize(), reader.GetDimension()
+    components = reader.GetNumberOfComponents()
+    if dimension not in (3, 4) or (dimension == 4 and components > 1) or min(size) < 1:
+        raise InputError(f"{path}: expected a 3-dimensional label map, got size {list(size)}; export a 3D volume")
+    frames = size[3] if dimension == 4 else components
+    import SimpleITK as sitk
+
+    pixel_type = sitk.GetPixelIDValueAsString(reader.GetPixelID())
+    header = VolumeHeader(
+        path=path,
+        shape=(size[2], size[1], size[0]),
+        layers=frames,
+        pixel_type=pixel_type,
+        bytes_per_voxel=_bytes_per_voxel(pixel_type, path),
+        metadata={key: reader.GetMetaData(key) for key in reader.GetMetaDataKeys()},
+        **_geometry(reader, dimension),
+    )
+    if not np.isfinite(header.step_ras).all() or not np.isfinite(header.origin_ras).all() or not header.voxel_ml > 0:
+        raise InputError(f"{path}: voxel spacing or origin is not a number above 0; repair the header")
+    check_declared_size(path, voxels=int(np.prod(size)) * components, bytes_per_voxel=header.bytes_per_voxel)
+    return header
+
+
+def slabs(
+    header: VolumeHeader, layer: int = 0, *, progress: Progress = no_progress
+) -> Iterator[tuple[int, NDArray[Any]]]:
+    """Yields (first index along axis 0, voxels (n, J, I) of one layer in the file's type), valid until the next."""
+    depth = header.shape[0]
+    rows = max(1, SLAB_VOXELS // (header.shape[1] * header.shape[2]))
+    for start, stop in _read_ranges(header):
+        image = _read(header, start, stop)
+        voxels = _layer_view(image, layer)
+        for low in range(0, stop - start, rows):
+            progress("read", (start + low) / depth)
+            yield start + low, voxels[low : low + rows]
+    progress("read", 1.0)
+
+
+def _read_ranges(header: VolumeHeader) -> list[tuple[int, int]]:
+    """Ranges along axis 0 to read at a time. Only NIfTI streams in ITK (a .gz is inflated up to the slab again)."""
+    depth = header.shape[0]
+    total = int(np.prod(header.shape)) * header.bytes_per_voxel
+    streams = header.path.name.lower().endswith((".nii", ".nii.gz")) and header.layers == 1
+    parts = -(-total // STREAM_ABOVE_BYTES) if streams else 1
+    edges = np.linspace(0, depth, min(parts, depth) + 1).astype(int).tolist()
+    return list(zip(edges[:-1], edges[1:], strict=True))
+
+
+def _read(header: VolumeHeader, start: int, stop: int) -> Any:
+    """SimpleITK image of the slices [start:stop]."""
+    reader = _reader(header.path)
+    if (start, stop) != (0, header.shape[0]):
+        reader.SetExtractIndex((0, 0, start))
+        reader.SetExtractSize((header.shape[2], header.shape[1], stop - start))
+    try:
+        return reader.Execute()
+    except (RuntimeError, MemoryError) as error:
+        raise InputError(f"{header.path}: reading failed, the file is damaged ({_first_reason(error)})") from error
+
+
+def _layer_view(image: Any, layer: int) -> NDArray[Any]:
+    """View (n, J, I) of one layer: layers are the fourth axis of a 4D image or the components of a vector pixel."""
+    import SimpleITK as sitk
+
+    voxels: NDArray[Any] = sitk.GetArrayViewFromImage(image)
+    if image.GetDimension() == 4:
+        return voxels[layer]
+    return voxels[..., layer] if voxels.ndim == 4 else voxels
+
+
+def _reader(path: Path) -> Any:
+    import SimpleITK as sitk
+
+    sitk.ProcessObject.SetGlobalWarningDisplay(False)  # what matters is raised; a command prints one line
+    reader = sitk.ImageFileReader()
+    reader.SetFileName(str(path))
+    return reader
+
+
+def _geometry(reader: Any, dimension: int) -> dict[str, Array]:
+    direction = np.array(reader.GetDirection(), dtype=np.float64).reshape(dimension, dimension)[:3, :3]
+    step_lps = direction * np.array(reader.GetSpacing()[:3])  # columns: i, j, k
+    return {
+        "origin_ras": ras_from_lps(np.array(reader.GetOrigin()[:3])),
+        "step_ras": ras_from_lps(step_lps[:, ::-1].T).T,
+    }
+
+
+def _bytes_per_voxel(pixel_type: str, path: Path) -> int:
+    for bits in (8, 16, 32, 64):
+        if f"{bits}-bit" in pixel_type and "complex" not in pixel_type:
+            return bits // 8
+    raise InputError(f"{path}: pixel type {pixel_type!r} is no label type; save the labels as integers")
+
+
+def _first_reason(error: BaseException) -> str:
+    """The last, most specific line of an ITK message."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return (lines[-1] if lines else type(error).__name__)[:160]

@@ -1,0 +1,124 @@
+"""One organ out of a label map or segmentation file (.nii, .nii.gz, .nrrd, .seg.nrrd, .mha, .mhd).
+
+The organ is never guessed: it is named by the file itself, by a label id, or by a name together with a label scheme.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..ground.checks import Array, InputError
+from ..ground.notices import Notice
+from ..ground.progress import Progress, no_progress
+from ..points.point_sets import Organ
+from .label_counts import LabelCount, count_labels
+from .label_volume import VolumeHeader, read_header, slabs
+from .mask_cleaning import Mask, boundary_of, clean_mask
+from .mask_surface import surface_of_mask
+from .organ_choice import choose_segment
+from .segment_table import named_segments
+
+
+@dataclass(frozen=True)
+class SegmentationInfo:
+    """What a label map holds: shape and spacing in i, j, k order, pixel type, and its labels with volumes in ml."""
+
+    path: Path
+    shape: tuple[int, int, int]
+    spacing_mm: tuple[float, float, float]
+    pixel_type: str
+    layers: int
+    labels: tuple[LabelCount, ...]
+
+
+def read_organ(
+    path: str | Path,
+    *,
+    organ: str | int,
+    label_scheme: str | None = None,
+    opening: bool = True,
+    close_holes: bool = False,
+    progress: Progress = no_progress,
+) -> Organ:
+    """Reads one organ, RAS mm: its largest component, cleaned, with surface, normals and labelled voxel centres.
+
+    ``organ``: a label id (5 or "5") or a name; names need a file that carries them or a ``label_scheme``.
+    InputError: file, name or label not usable, or nothing left.
+    """
+    header = read_header(path)
+    segment = choose_segment(header, organ, label_scheme)
+    mask, corner = _read_mask(header, segment.label, segment.layer, progress)
+    if mask is None:
+        present = ", ".join(str(count) for count in count_labels(header, label_scheme=label_scheme)) or "nothing"
+        name = f"{segment.name!r} (label {segment.label})" if segment.name else f"label {segment.label}"
+        raise InputError(f"{header.path}: {name} is not in the map; present: {present}")
+    mask, notices = clean_mask(mask, header.spacing_mm, opening=opening, close_holes=close_holes)
+    return _organ(header, mask, corner, name=segment.name or f"label {segment.label}", notices=notices)
+
+
+def describe_segmentation(
+    path: str | Path, *, label_scheme: str | None = None, progress: Progress = no_progress
+) -> SegmentationInfo:
+    """Header facts and the labels present with their volumes, for display."""
+    header = read_header(path)
+    spacing = header.spacing_mm[::-1]
+    return SegmentationInfo(
+        path=header.path,
+        shape=(header.shape[2], header.shape[1], header.shape[0]),
+        spacing_mm=(float(spacing[0]), float(spacing[1]), float(spacing[2])),
+        pixel_type=header.pixel_type,
+        layers=header.layers,
+        labels=count_labels(header, label_scheme=label_scheme, progress=progress),
+    )
+
+
+def _read_mask(
+    header: VolumeHeader, label: int, layer: int, progress: Progress
+) -> tuple[Mask | None, NDArray[np.int64]]:
+    """Mask of one label cropped to its box, and the box's first index (3,); None where the label does not occur."""
+    pieces: list[tuple[NDArray[np.int64], Mask]] = []
+    for start, voxels in slabs(header, layer, progress=progress):
+        found = voxels == label
+        occupied = [np.flatnonzero(found.any(axis=axes)) for axes in ((1, 2), (0, 2), (0, 1))]
+        if len(occupied[0]):
+            box = tuple(slice(int(o[0]), int(o[-1]) + 1) for o in occupied)
+            pieces.append((np.array([box[0].start + start, box[1].start, box[2].start]), found[box].copy()))
+    if not pieces:
+        return None, np.zeros(3, dtype=np.int64)
+    low = np.min([corner for corner, _ in pieces], axis=0)
+    high = np.max([corner + piece.shape for corner, piece in pieces], axis=0)
+    mask = np.zeros(high - low, dtype=bool)
+    for corner, piece in pieces:
+        first = corner - low
+        mask[tuple(slice(f, f + n) for f, n in zip(first, piece.shape, strict=True))] = piece
+    return mask, low
+
+
+def _organ(
+    header: VolumeHeader, mask: Mask, corner: NDArray[np.int64], *, name: str, notices: tuple[Notice, ...]
+) -> Organ:
+    inside = np.flatnonzero(mask)
+    index = np.stack(np.unravel_index(inside, mask.shape), axis=1) + corner
+    if (index.min(0) == 0).any() or (index.max(0) == np.array(header.shape) - 1).any():
+        text = f"{name} touches the border of the volume: the part beyond it is missing and its end is flat"
+        notices = (*notices, Notice("organ_cut_by_border", text))
+    surface = surface_of_mask(mask, origin=header.world(corner[None])[0], step=header.step_ras)
+    spacing: Array = header.spacing_mm[::-1].copy()
+    return Organ(
+        vertices=surface.vertices,
+        faces=surface.faces,
+        vertex_normals=surface.normals,
+        volume_points=header.world(index),
+        boundary=boundary_of(mask).ravel()[inside],
+        spacing_mm=spacing,
+        volume_ml=len(inside) * header.voxel_ml,
+        name=name,
+        notices=notices,
+    )
+
+
+__all__ = ["LabelCount", "SegmentationInfo", "describe_segmentation", "named_segments", "read_organ"]
