@@ -1,0 +1,145 @@
+"""The default method's elastic stage: visible-side data terms, Neo-Hookean prior, joint scale.
+
+Outer loop: correspondences, visibility and normals from the present shape; inner: a few preconditioned steps of the
+quadratic-plus-elastic sub-problem. The stiffness alpha and the robust width tau fall level by level.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..align.splat_view import SplatView
+from ..ground.checks import Array, one_of
+from ..ground.frames import Similarity, fit_similarity
+from ..ground.solve_report import SolveReport, Stop
+from ..points.sampling import random_subset
+from .data_terms import DataOptions, organ_matches, rim_matches, splat_matches
+from .joint_scale import ScalePrior, data_quadratic, solve
+from .matches import Deformed, Matches
+from .reduced_organ import ReducedOrgan
+from .visibility import visibility
+
+
+@dataclass(frozen=True)
+class ElasticLevel:
+    """Stiffness weight ``alpha`` of the mean energy (Young's modulus 1), robust width, most outer steps."""
+
+    alpha: float
+    tau: float
+    steps: int
+
+
+SHORT = (ElasticLevel(0.4, 0.15, 5), ElasticLevel(0.1, 0.12, 5), ElasticLevel(0.04, 0.09, 5))
+LAST_ALPHA = {"conservative": 0.04, "moderate": 0.015, "aggressive": 0.006}
+
+
+@dataclass(frozen=True)
+class ElasticOptions:
+    """``move_tolerance`` ends a level: largest move of a sample, normalised; ``organ_points`` tried for visibility."""
+
+    levels: tuple[ElasticLevel, ...] = (
+        ElasticLevel(0.4, 0.15, 8),
+        ElasticLevel(0.1, 0.12, 10),
+        ElasticLevel(0.04, 0.1, 14),
+        ElasticLevel(0.015, 0.1, 20),
+    )
+    data: DataOptions = DataOptions()
+    organ_points: int = 2200
+    inner_steps: int = 6
+    move_tolerance: float = 5e-4
+
+    @classmethod
+    def stiffness(cls, preset: str) -> ElasticOptions:
+        """Presets name the last alpha: conservative 0.04, moderate 0.015 (default), aggressive 0.006."""
+        last = LAST_ALPHA[one_of(preset, "stiffness", tuple(LAST_ALPHA))]
+        levels = tuple(level for level in cls().levels if level.alpha > last)
+        return cls(levels=(*levels, replace(cls().levels[-1], alpha=last)))
+
+
+@dataclass(frozen=True)
+class ElasticState:
+    """Z (4H, 3), the joint scale gamma and the starting pose T_camera_normalised they refer to."""
+
+    z: Array
+    gamma: float
+    start: Similarity
+
+    @property
+    def pose(self) -> Similarity:
+        """T_camera_normalised in force."""
+        return Similarity(self.start.scale / self.gamma, self.start.rotation, self.start.translation)
+
+    def deformed(self, organ: ReducedOrgan) -> Deformed:
+        return Deformed(organ.points(self.z), organ.normals(self.z), self.gamma, self.start)
+
+    def without_rigid_part(self, organ: ReducedOrgan) -> ElasticState:
+        """The same map with the rotation and translation held in Z moved into the pose (gamma becomes 1)."""
+        rest = organ.elasticity.points
+        motion = fit_similarity(rest, rest + organ.basis.phi(rest) @ self.z, scale=False)
+        back = motion.inverse()
+        z = self.z @ motion.rotation + organ.basis.similarity_coordinates(back.rotation - np.eye(3), back.translation)
+        return ElasticState(z, 1.0, self.pose @ motion)
+
+
+@dataclass(frozen=True)
+class OuterStep:
+    """What one outer step did: ``move`` in normalised lengths."""
+
+    level: int
+    alpha: float
+    state: ElasticState
+    move: float
+    evaluations: int
+    matches: int
+
+
+def register_elastically(
+    organ: ReducedOrgan,
+    view: SplatView,
+    start: Similarity,
+    *,
+    scale_prior: Callable[[Similarity], ScalePrior] = lambda start: ScalePrior(),
+    options: ElasticOptions | None = None,
+    on_step: Callable[[OuterStep], None] = lambda step: None,
+) -> tuple[ElasticState, SolveReport]:
+    """Elastic registration from the pose ``start`` = T_camera_normalised; det F > 0 at every quadrature point.
+
+    ``on_step`` sees every outer step; an exception it raises (Cancelled) ends the run.
+    """
+    options = options or ElasticOptions()
+    chosen = random_subset(len(organ.samples.points), options.organ_points, 0)
+    prior = scale_prior(start)
+    state = ElasticState(np.zeros((organ.basis.size, 3)), 1.0, start)
+    count, move, evaluations = 0, np.inf, 0
+    for number, level in enumerate(options.levels):
+        for _ in range(level.steps):
+            shape = state.deformed(organ)
+            matches = find_matches(organ, shape, view, chosen, level.tau, options.data)
+            if len(matches.rows) < 20:
+                return state, SolveReport(Stop.NO_DATA, count, evaluations, move)
+            data = data_quadratic(organ, matches, shape.points, state.gamma, prior)
+            z, gamma, spent = solve(organ, data, level.alpha, state.z, state.gamma, steps=options.inner_steps)
+            move = float(np.abs(organ.phi @ (z - state.z)).max()) + abs(gamma - state.gamma)
+            state, count, evaluations = ElasticState(z, gamma, start), count + 1, evaluations + spent
+            on_step(OuterStep(number, level.alpha, state, move, spent, len(matches.rows)))
+            if move < options.move_tolerance:
+                break
+    stop = Stop.CONVERGED if move < options.move_tolerance else Stop.STEP_LIMIT
+    return state, SolveReport(stop, count, evaluations, move)
+
+
+def find_matches(
+    organ: ReducedOrgan, shape: Deformed, view: SplatView, chosen: Array, tau: float, options: DataOptions
+) -> Matches:
+    """All data terms of one outer step."""
+    seen = visibility(shape, view, tau)
+    return Matches.join(
+        [
+            splat_matches(shape, view, tau, options),
+            organ_matches(shape, view, seen, chosen, tau, options),
+            rim_matches(shape, view, seen, organ.samples.spacing, tau, options),
+        ]
+    )

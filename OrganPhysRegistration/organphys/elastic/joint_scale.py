@@ -1,0 +1,94 @@
+"""One sub-problem of the elastic stage: fixed matches, unknown Z and scale.
+
+x = X + Phi Z, targets gamma a: the data is exactly quadratic in q = (Z, gamma), and a uniform dilation of the scene
+costs no elastic energy. Minimised: alpha E(Z) + D(q) + prior(gamma).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from ..ground.checks import Array
+from ..mechanics.lbfgs import minimise
+from .matches import Matches
+from .reduced_organ import ReducedOrgan
+
+PINNED = 1e6  # stiffness that holds gamma where the unit is known
+
+
+@dataclass(frozen=True)
+class ScalePrior:
+    """Penalty weight * (gamma - gamma0)^2; weight 0: free, inf: gamma stays at gamma0."""
+
+    gamma: float = 1.0
+    weight: float = 0.0
+
+
+@dataclass(frozen=True)
+class Quadratic:
+    """1/2 q^T H q + b q + constant over q = (Z.ravel(), gamma)."""
+
+    hessian: Array
+    linear: Array
+
+    def value_and_gradient(self, q: Array) -> tuple[float, Array]:
+        product = self.hessian @ q
+        return float(q @ (0.5 * product + self.linear)), product + self.linear
+
+
+def data_quadratic(organ: ReducedOrgan, matches: Matches, points: Array, gamma: float, prior: ScalePrior) -> Quadratic:
+    """The data term over (Z, gamma) plus the scale prior; ``points`` (S, 3): samples now, for the debiasing.
+
+    Residuals in CT units shrink as the scene grows, which would reward a large scale: D / gamma^2, the data in scene
+    units, has no such bias, and its gradient differs by -2 D / gamma, taken at the current state.
+    """
+    phi, rest, targets = organ.phi[matches.rows], organ.samples.points[matches.rows], matches.targets
+    metric = matches.metric()
+    n = phi.shape[1]
+    hessian, linear = np.zeros((3 * n + 1, 3 * n + 1)), np.zeros(3 * n + 1)
+    blocks = hessian[:-1, :-1].reshape(n, 3, n, 3)
+    for a in range(3):
+        for b in range(a, 3):
+            block = 2 * phi.T @ (metric[:, a, b, None] * phi)
+            blocks[:, a, :, b] = block
+            blocks[:, b, :, a] = block.T
+    metric_targets = (metric @ targets[..., None])[..., 0]
+    metric_rest = (metric @ rest[..., None])[..., 0]
+    hessian[:-1, -1] = hessian[-1, :-1] = -2 * (phi.T @ metric_targets).ravel()
+    hessian[-1, -1] = 2 * float((targets * metric_targets).sum())
+    linear[:-1] = 2 * (phi.T @ metric_rest).ravel()
+    residual = points[matches.rows] - gamma * targets
+    data = float((residual * (metric @ residual[..., None])[..., 0]).sum())
+    linear[-1] = -2 * float((targets * metric_rest).sum()) - 2 * data / gamma
+    stiffness = 2 * min(prior.weight, PINNED)
+    hessian[-1, -1] += stiffness
+    linear[-1] -= stiffness * prior.gamma
+    return Quadratic(hessian, linear)
+
+
+def solve(
+    organ: ReducedOrgan, data: Quadratic, alpha: float, z: Array, gamma: float, *, steps: int
+) -> tuple[Array, float, int]:
+    """A few L-BFGS steps from (z, gamma), preconditioned with the Hessian at rest: Z, gamma and evaluations spent."""
+    preconditioner = data.hessian.copy()
+    preconditioner[:-1, :-1] += alpha * organ.rest_hessian
+    preconditioner[np.diag_indices_from(preconditioner)] += (
+        1e-8 * np.trace(data.hessian[:-1, :-1]) / len(preconditioner)
+    )
+    factor = scipy.linalg.cho_factor(preconditioner, lower=True, check_finite=False)
+
+    def objective(q: Array) -> tuple[float, Array]:
+        energy, gradient = organ.elasticity.energy_and_gradient(q[:-1].reshape(-1, 3))
+        value, slope = data.value_and_gradient(q)
+        slope[:-1] += alpha * gradient.ravel()
+        return alpha * energy + value, slope
+
+    def precondition(gradient: Array) -> Array:
+        solved: Array = scipy.linalg.cho_solve(factor, gradient, check_finite=False)
+        return solved
+
+    q, report = minimise(objective, np.append(z.ravel(), gamma), precondition=precondition, steps=steps)
+    return q[:-1].reshape(-1, 3), float(q[-1]), report.evaluations
