@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -49,9 +50,10 @@ class VolumeHeader:
     def voxel_ml(self) -> float:
         return float(np.prod(self.spacing_mm)) / 1000
 
-    def world(self, index: Array) -> Array:
+    def world(self, index: Array | NDArray[np.int64]) -> Array:
         """RAS mm positions (N, 3) of indices (N, 3) in (k, j, i) order."""
-        return np.asarray(index) @ self.step_ras.T + self.origin_ras
+        positions: Array = np.asarray(index, dtype=np.float64) @ self.step_ras.T + self.origin_ras
+        return positions
 
 
 def read_header(path: str | Path) -> VolumeHeader:
@@ -108,7 +110,7 @@ def _read_ranges(header: VolumeHeader) -> list[tuple[int, int]]:
     streams = header.path.name.lower().endswith((".nii", ".nii.gz")) and header.layers == 1
     parts = -(-total // STREAM_ABOVE_BYTES) if streams else 1
     edges = np.linspace(0, depth, min(parts, depth) + 1).astype(int).tolist()
-    return list(zip(edges[:-1], edges[1:], strict=True))
+    return list(pairwise(edges))
 
 
 def _read(header: VolumeHeader, start: int, stop: int) -> Any:

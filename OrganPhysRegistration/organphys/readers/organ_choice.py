@@ -15,7 +15,7 @@ def choose_segment(header: VolumeHeader, organ: str | int, label_scheme: str | N
     wanted = normalised_name(str(organ))
     matches = [s for s in segments if s.name and normalised_name(s.name) == wanted]
     if len(matches) > 1:
-        raise InputError(f"{header.path}: {len(matches)} segments are named {organ!r}; rename them or give the label id")
+        raise InputError(f"{header.path}: {len(matches)} segments are named {organ!r}; rename them or give a label id")
     if matches:
         return matches[0]
     if wanted.lstrip("+-").isdigit():

@@ -1,0 +1,46 @@
+"""JSON files from outside: bounded in size, and every failure an InputError."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from ..ground.checks import InputError
+
+MAX_JSON_BYTES = 16_000_000
+
+
+def read_json(path: str | Path) -> Any:
+    """The parsed content of a JSON file of at most 16 MB."""
+    path = Path(path)
+    try:
+        if path.stat().st_size > MAX_JSON_BYTES:
+            raise InputError(f"{path}: larger than {MAX_JSON_BYTES // 1_000_000} MB, so not the JSON expected here")
+        return json.loads(path.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: no such file") from error
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); check the path") from error
+    except RecursionError as error:
+        raise InputError(f"{path}: nested too deeply for JSON; save the file again") from error
+    except ValueError as error:  # also UnicodeDecodeError and JSONDecodeError
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path}: no valid JSON ({str(error)[:120]}); save the file again") from error
+
+
+def markups_of(content: Any, path: Path) -> list[dict[str, Any]]:
+    """The markups of a Slicer .mrk.json; InputError where there are none."""
+    markups = content.get("markups") if isinstance(content, dict) else None
+    if not isinstance(markups, list) or not all(isinstance(m, dict) for m in markups) or not markups:
+        raise InputError(f"{path}: holds no Slicer markups; save the markups node from 3D Slicer as .mrk.json")
+    return markups
+
+
+def is_lps(markup: dict[str, Any], path: Path) -> bool:
+    """Whether a markup's numbers are LPS (else RAS); Slicer writes the names, its first schema also wrote 0 and 1."""
+    system = str(markup.get("coordinateSystem", "LPS")).upper()
+    if system not in ("LPS", "RAS", "0", "1"):
+        raise InputError(f"{path}: coordinateSystem {system!r} is neither LPS nor RAS; save the markups again")
+    return system in ("LPS", "1")
