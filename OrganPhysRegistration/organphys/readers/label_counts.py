@@ -36,7 +36,7 @@ def count_labels(
 ) -> tuple[LabelCount, ...]:
     """All labels above 0, sorted by layer and id; InputError where the file is an image, not a label map."""
     names = {(segment.layer, segment.label): segment.name for segment in named_segments(header)}
-    scheme = scheme_names(label_scheme) if label_scheme else {}
+    scheme = scheme_names(label_scheme)
     found = []
     for layer in range(header.layers):
         counts: dict[int, int] = {}

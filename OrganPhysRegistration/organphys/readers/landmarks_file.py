@@ -44,7 +44,8 @@ def read_landmarks(path_or_text: str | Path) -> Landmarks:
 def describe_landmarks(path_or_text: str | Path) -> list[tuple[str, tuple[float, float, float]]]:
     """Name and RAS mm position of each landmark, for display."""
     landmarks = read_landmarks(path_or_text)
-    return [(name, tuple(map(float, p))) for name, p in zip(landmarks.names, landmarks.positions, strict=True)]
+    rows = zip(landmarks.names, landmarks.positions.tolist(), strict=True)
+    return [(name, (x, y, z)) for name, (x, y, z) in rows]
 
 
 def _from_text(text: str) -> Landmarks:

@@ -11,6 +11,7 @@ from ..ground.notices import Notice
 
 Mask = NDArray[np.bool_]
 OPENING_MAY_REMOVE = 0.05  # of the volume
+PIECES_WORTH_A_NOTICE = 0.05  # a second kidney, say
 
 
 def clean_mask(
@@ -22,6 +23,10 @@ def clean_mask(
     take more than 5 % of the volume (thin organs).
     """
     body, notices = largest_component(mask), []
+    dropped = 1 - float(body.sum()) / float(mask.sum())
+    if dropped > PIECES_WORTH_A_NOTICE:
+        text = f"the label has several separate pieces; the largest is used, {100 * dropped:.0f} % of the volume is not"
+        notices.append(Notice("pieces_dropped", text))
     if close_holes:
         body = ndimage.binary_fill_holes(body)
     if opening:

@@ -19,8 +19,7 @@ from .label_counts import LabelCount, count_labels
 from .label_volume import VolumeHeader, read_header, slabs
 from .mask_cleaning import Mask, boundary_of, clean_mask
 from .mask_surface import surface_of_mask
-from .organ_choice import choose_segment
-from .segment_table import named_segments
+from .organ_choice import OrganChoice, choose_organ, present
 
 
 @dataclass(frozen=True)
@@ -46,18 +45,17 @@ def read_organ(
 ) -> Organ:
     """Reads one organ, RAS mm: its largest component, cleaned, with surface, normals and labelled voxel centres.
 
-    ``organ``: a label id (5 or "5") or a name; names need a file that carries them or a ``label_scheme``.
+    ``organ``: a label id (5 or "5"; "1+2" is the union) or a name, which needs a file with names or a ``label_scheme``.
     InputError: file, name or label not usable, or nothing left.
     """
     header = read_header(path)
-    segment = choose_segment(header, organ, label_scheme)
-    mask, corner = _read_mask(header, segment.label, segment.layer, progress)
+    choice = choose_organ(header, organ, label_scheme)
+    mask, corner = _read_mask(header, choice, progress)
     if mask is None:
-        present = ", ".join(str(count) for count in count_labels(header, label_scheme=label_scheme)) or "nothing"
-        name = f"{segment.name!r} (label {segment.label})" if segment.name else f"label {segment.label}"
-        raise InputError(f"{header.path}: {name} is not in the map; present: {present}")
+        wanted = f"{choice.name!r} (label {'+'.join(map(str, choice.labels))})"
+        raise InputError(f"{header.path}: {wanted} is not in the map; {present(header, label_scheme)}")
     mask, notices = clean_mask(mask, header.spacing_mm, opening=opening, close_holes=close_holes)
-    return _organ(header, mask, corner, name=segment.name or f"label {segment.label}", notices=notices)
+    return _organ(header, mask, corner, name=choice.name, notices=notices)
 
 
 def describe_segmentation(
@@ -76,13 +74,13 @@ def describe_segmentation(
     )
 
 
-def _read_mask(
-    header: VolumeHeader, label: int, layer: int, progress: Progress
-) -> tuple[Mask | None, NDArray[np.int64]]:
-    """Mask of one label cropped to its box, and the box's first index (3,); None where the label does not occur."""
+def _read_mask(header: VolumeHeader, choice: OrganChoice, progress: Progress) -> tuple[Mask | None, NDArray[np.int64]]:
+    """Mask of the labels cropped to its box, and the box's first index (3,); None where none occurs."""
     pieces: list[tuple[NDArray[np.int64], Mask]] = []
-    for start, voxels in slabs(header, layer, progress=progress):
-        found = voxels == label
+    for start, voxels in slabs(header, choice.layer, progress=progress):
+        found = voxels == choice.labels[0]
+        for label in choice.labels[1:]:
+            found |= voxels == label
         occupied = [np.flatnonzero(found.any(axis=axes)) for axes in ((1, 2), (0, 2), (0, 1))]
         if len(occupied[0]):
             box = tuple(slice(int(o[0]), int(o[-1]) + 1) for o in occupied)
@@ -119,6 +117,3 @@ def _organ(
         name=name,
         notices=notices,
     )
-
-
-__all__ = ["LabelCount", "SegmentationInfo", "describe_segmentation", "named_segments", "read_organ"]

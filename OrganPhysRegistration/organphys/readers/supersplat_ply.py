@@ -87,13 +87,15 @@ def _words(vertex: Rows, part: slice, name: str) -> Words:
 def _unpack_11_10_11(words: Words) -> Floats:
     """(N, 3) in 0..1."""
     parts = np.stack([words >> 21, (words >> 11) & 1023, words & 2047], axis=1)
-    return parts.astype(np.float32) / np.array([2047, 1023, 2047], dtype=np.float32)
+    fractions: Floats = parts.astype(np.float32) / np.array([2047, 1023, 2047], dtype=np.float32)
+    return fractions
 
 
 def _colours(vertex: Rows, chunk: Rows, part: slice) -> Floats:
     """Red, green, blue and opacity (N, 4); the colours within their chunk's bounds where the file has them."""
     words = _words(vertex, part, "packed_color")
-    parts = np.stack([(words >> shift) & 255 for shift in (24, 16, 8, 0)], axis=1).astype(np.float32) / np.float32(255)
+    octets = np.stack([(words >> shift) & 255 for shift in (24, 16, 8, 0)], axis=1)
+    parts: Floats = octets.astype(np.float32) / np.float32(255)
     if set(sum(COLOUR_BOUNDS, ())) <= set(chunk.dtype.names or ()):
         parts[:, :3] = _within(parts[:, :3], chunk, part, COLOUR_BOUNDS)
     return parts
@@ -115,7 +117,7 @@ def _unpack_rotation(words: Words) -> Floats:
     order = np.array([[k for k in range(4) if k != left_out] for left_out in range(4)])[largest]
     quaternions = np.empty((len(words), 4))
     np.put_along_axis(quaternions, order, small, axis=1)
-    rest = np.sqrt(np.maximum(0, 1 - (small**2).sum(axis=1)))
+    rest = np.sqrt(np.maximum(0.0, 1.0 - np.square(small).sum(axis=1)))
     np.put_along_axis(quaternions, largest[:, None], rest[:, None], axis=1)
     return quaternions.astype(np.float32)
 
