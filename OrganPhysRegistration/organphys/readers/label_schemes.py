@@ -1,10 +1,10 @@
 """Label numbers of public segmentation tools and data sets: one table, id to organ name.
 
 Sources:
-totalsegmentator, -mr, -v1: wasserth/TotalSegmentator, totalsegmentator/map_to_binary.py, class maps "total" (version 2),
-"total_mr" and "total_v1".
+totalsegmentator, -mr, -v1: wasserth/TotalSegmentator, totalsegmentator/map_to_binary.py, class maps "total" (that is
+version 2), "total_mr" and "total_v1".
 auto3dseg: MONAI's whole-body model (Project-MONAI/model-zoo, wholeBody_ct_segmentation, metadata.json), trained on
-version 1 and numbered like it. The smaller Auto3DSeg models number differently; 3D Slicer saves their names (.seg.nrrd).
+version 1 and numbered like it. Smaller Auto3DSeg models number differently; 3D Slicer saves their names (.seg.nrrd).
 btcv: "Multi-Atlas Labeling Beyond the Cranial Vault" 2015 (synapse syn3193805). amos: Ji et al., NeurIPS 2022.
 flare: MICCAI FLARE 2022. word: Luo et al., Medical Image Analysis 2022. kits: KiTS21 and 23 (KiTS19 has no cyst).
 msd-*: Medical Segmentation Decathlon, dataset.json of tasks 3, 5, 7, 9 (Antonelli et al., Nature Communications 2022).
@@ -41,8 +41,8 @@ _TOTAL_V1 = _numbered(
 )
 _TOTAL_V2 = _numbered(
     f"{_UPPER} pancreas {_ADRENALS} {_LUNGS} esophagus trachea thyroid_gland small_bowel duodenum colon "
-    f"urinary_bladder prostate kidney_cyst_left kidney_cyst_right sacrum vertebrae_S1 {_SPINE} heart aorta pulmonary_vein "
-    "brachiocephalic_trunk subclavian_artery_right subclavian_artery_left common_carotid_artery_right "
+    f"urinary_bladder prostate kidney_cyst_left kidney_cyst_right sacrum vertebrae_S1 {_SPINE} heart aorta "
+    "pulmonary_vein brachiocephalic_trunk subclavian_artery_right subclavian_artery_left common_carotid_artery_right "
     "common_carotid_artery_left brachiocephalic_vein_left brachiocephalic_vein_right atrial_appendage_left "
     f"superior_vena_cava inferior_vena_cava portal_vein_and_splenic_vein {_ILIAC} {_SHOULDER} {_LEGS} spinal_cord "
     f"{_MUSCLES} brain skull {_RIBS} sternum costal_cartilages"

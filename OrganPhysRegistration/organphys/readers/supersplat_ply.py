@@ -87,8 +87,7 @@ def _words(vertex: Rows, part: slice, name: str) -> Words:
 def _unpack_11_10_11(words: Words) -> Floats:
     """(N, 3) in 0..1."""
     parts = np.stack([words >> 21, (words >> 11) & 1023, words & 2047], axis=1)
-    fractions: Floats = parts.astype(np.float32) / np.array([2047, 1023, 2047], dtype=np.float32)
-    return fractions
+    return parts.astype(np.float32) * np.array([1 / 2047, 1 / 1023, 1 / 2047], dtype=np.float32)
 
 
 def _colours(vertex: Rows, chunk: Rows, part: slice) -> Floats:
@@ -117,7 +116,7 @@ def _unpack_rotation(words: Words) -> Floats:
     order = np.array([[k for k in range(4) if k != left_out] for left_out in range(4)])[largest]
     quaternions = np.empty((len(words), 4))
     np.put_along_axis(quaternions, order, small, axis=1)
-    rest = np.sqrt(np.maximum(0.0, 1.0 - np.square(small).sum(axis=1)))
+    rest = np.sqrt(np.clip(1 - np.square(small).sum(axis=1), 0, 1))
     np.put_along_axis(quaternions, largest[:, None], rest[:, None], axis=1)
     return quaternions.astype(np.float32)
 
