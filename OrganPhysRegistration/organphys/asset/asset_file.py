@@ -1,0 +1,88 @@
+"""The .organphys file: one zip with organ.json and .npy arrays, versioned, without pickle and without dates."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..basis.reduced_basis import ReducedBasis
+from ..ground.checks import InputError
+from ..ground.frames import Normalisation, Similarity
+from .array_archive import read_archive, write_archive
+from .registered_organ import RegisteredOrgan
+
+FORMAT, VERSION, HEADER = "organphys-asset", 1, "organ.json"
+FRAMES = {
+    "ct": "RAS, mm",
+    "scene": "raw coordinates of the splat file, OpenCV axes, scene units",
+    "normalised": "(ct - centre) / length",
+    "map": "scene = T_scene_ct(undo(X + Phi(X) z)), X normalised; T_scene_ct = scale rotation x + translation",
+}
+GEOMETRY = ("z", "vertices", "faces", "volume_points", "quadrature_points", "quadrature_weights")
+
+
+def save_asset(organ: RegisteredOrgan, path: str | os.PathLike[str]) -> None:
+    """Write the organ to ``path``, atomically; the same organ gives the same bytes. InputError if not writable."""
+    arrays = {name: getattr(organ, name) for name in GEOMETRY}
+    arrays["faces"] = organ.faces.astype(np.int32)
+    arrays |= {f"basis/{name}": value for name, value in organ.basis.arrays().items()}
+    write_archive(path, HEADER, _header(organ), arrays)
+
+
+def load_asset(path: str | os.PathLike[str]) -> RegisteredOrgan:
+    """The organ written by ``save_asset``; it maps points bit for bit as the saved one.
+
+    InputError for a file that is missing, damaged, not an asset, or written by a newer version.
+    """
+    header, arrays = read_archive(path, HEADER)
+    if header.get("format") != FORMAT or not isinstance(header.get("version"), int):
+        raise InputError(f"{path}: is no OrganPhys asset; name an .organphys file")
+    if header["version"] > VERSION:
+        raise InputError(f"{path}: asset version {header['version']} is newer than {VERSION}; update organphys")
+    try:
+        return _organ(header, arrays)
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
+        raise InputError(f"{path}: damaged (organ.json or arrays: {error}); write or copy it again") from error
+
+
+def _header(organ: RegisteredOrgan) -> dict[str, Any]:
+    similarity, normalisation = organ.T_scene_ct, organ.normalisation
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "frames": FRAMES,
+        "name": organ.name,
+        "volume_ml": organ.volume_ml,
+        "mm_per_scene_unit": organ.mm_per_scene_unit,
+        "T_scene_ct": {
+            "scale": similarity.scale,
+            "rotation": similarity.rotation,
+            "translation": similarity.translation,
+        },
+        "normalisation": {"centre": normalisation.centre, "length": normalisation.length},
+        "basis": {"weights": organ.basis.weights.kind},
+        "tissue": organ.tissue,
+        "provenance": organ.provenance,
+    }
+
+
+def _organ(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> RegisteredOrgan:
+    similarity, normalisation = header["T_scene_ct"], header["normalisation"]
+    basis = {name.removeprefix("basis/"): value for name, value in arrays.items() if name.startswith("basis/")}
+    unit = header["mm_per_scene_unit"]
+    return RegisteredOrgan(
+        T_scene_ct=Similarity(similarity["scale"], similarity["rotation"], similarity["translation"]),
+        normalisation=Normalisation(
+            np.array(normalisation["centre"], dtype=np.float64), float(normalisation["length"])
+        ),
+        basis=ReducedBasis.from_arrays(header["basis"]["weights"], basis),
+        **{name: arrays[name] for name in GEOMETRY},
+        volume_ml=float(header["volume_ml"]),
+        name=str(header["name"]),
+        tissue=dict(header["tissue"]),
+        mm_per_scene_unit=None if unit is None else float(unit),
+        provenance=dict(header["provenance"]),
+    )
