@@ -104,7 +104,8 @@ def _within(parts: Floats, chunk: Rows, part: slice, bounds: tuple[tuple[str, ..
     """Fractions (N, 3) as values between the bounds of the Gaussians' chunks."""
     owner = np.arange(part.start, part.stop) // CHUNK
     low, high = (stack_columns(chunk, names).astype(np.float32)[owner] for names in bounds)
-    return np.asarray(low * (1 - parts) + high * parts, dtype=np.float32)
+    with np.errstate(invalid="ignore"):  # broken bounds are masked by _finite_chunks
+        return np.asarray(low * (1 - parts) + high * parts, dtype=np.float32)
 
 
 def _unpack_rotation(words: Words) -> Floats:
