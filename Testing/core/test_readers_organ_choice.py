@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import SimpleITK as sitk
 from organphys.ground.checks import InputError
 from organphys.readers.label_schemes import SCHEMES, scheme_labels
 from organphys.readers.segmentation_file import describe_segmentation, read_organ
@@ -115,3 +116,18 @@ def test_schemes_known_numbers():
     assert scheme_labels("btcv")["pancreas"] == (11,) and scheme_labels("amos")["pancreas"] == (10,)
     for scheme, names in SCHEMES.items():
         assert len(set(names.values())) == len(names), scheme
+
+
+def test_slicers_list_axis_and_4d_volumes(tmp_path):
+    layers = np.stack([blob((20, 30, 20)), blob((20, 30, 20))[::-1]], axis=-1).astype(np.uint8)
+    keys = {"Segment0_Name": "a", "Segment1_Name": "b"}
+    data = write_labels(tmp_path / "v.seg.nrrd", layers, metadata=keys, vector=True).read_bytes()
+    (tmp_path / "list.seg.nrrd").write_bytes(data.replace(b"kinds: vector", b"kinds: list", 1))
+    second = read_organ(tmp_path / "list.seg.nrrd", organ="b", opening=False).volume_points
+    assert np.array_equal(np.sort(second[:, 0]), np.sort(np.argwhere(layers[..., 1])[:, 0]))
+    image = sitk.JoinSeries([sitk.GetImageFromArray(blob().astype(np.uint8).transpose(2, 1, 0))])
+    sitk.WriteImage(image, str(tmp_path / "one.nii.gz"))
+    assert len(read_organ(tmp_path / "one.nii.gz", organ=1, opening=False).volume_points) == blob().sum()
+    sitk.WriteImage(sitk.JoinSeries([image[..., 0]] * 3), str(tmp_path / "three.nii.gz"))
+    with pytest.raises(InputError, match="3 layers, so a label id is ambiguous; give a segment name: none is named"):
+        read_organ(tmp_path / "three.nii.gz", organ=1)

@@ -83,7 +83,7 @@ def test_truncated_file_is_said_to_be_truncated(tmp_path, order):
     start = data.index(b"end_header\n") + 11
     for size in [start, start + 1, (start + len(data)) // 2, len(data) - (40 if order == "a" else 1)]:
         (tmp_path / "cut.ply").write_bytes(data[:size])
-        with pytest.raises(InputError, match="truncated"):
+        with pytest.raises(InputError, match="truncated" if order == "a" else "truncated, its header declares"):
             read_splat(tmp_path / "cut.ply")
     for size in (0, 3, 4, 30, start - 3):
         (tmp_path / "cut.ply").write_bytes(data[:size])
