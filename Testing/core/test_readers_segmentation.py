@@ -122,6 +122,9 @@ def test_border_tiny_and_missing_organs(tmp_path):
     assert len(small.volume_points) == 12 and signed_volume(small.vertices, small.faces) > 0
     with pytest.raises(InputError, match=r"label 4.*present: 1 \(0.4 ml\), 2 \(0.0 ml\), 3"):
         read_organ(path, organ=4)
+    for absent in (300, "9" * 30):  # beyond the pixel type
+        with pytest.raises(InputError, match="is not in the map"):
+            read_organ(path, organ=absent)
     for wrong in (0, -3, "0"):
         with pytest.raises(InputError, match="above 0"):
             read_organ(path, organ=wrong)
@@ -159,8 +162,9 @@ def test_files_that_are_no_label_maps(tmp_path):
     with pytest.raises(InputError, match="unknown kind"):
         read_organ(tmp_path / "a.txt", organ=1)
     image = write_labels(tmp_path / "ct.nrrd", np.random.default_rng(0).normal(size=(9, 9, 9)).astype(np.float32))
-    with pytest.raises(InputError, match="not a label map"):
-        read_organ(image, organ="liver")
+    for organ in ("liver", 5):
+        with pytest.raises(InputError, match="give its label map"):
+            read_organ(image, organ=organ)
     whole_numbers = write_labels(tmp_path / "f.nrrd", blob().astype(np.float32) * 5)
     assert read_organ(whole_numbers, organ=5).volume_ml == pytest.approx(blob().sum() / 1000, rel=0.05)
 

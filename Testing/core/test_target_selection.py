@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from organphys.ground.checks import InputError
 from organphys.points.point_sets import Box, GaussianCloud
-from organphys.points.target_selection import CleaningOptions, clean_points, select_target
+from organphys.points.target_selection import CleaningOptions, clean_points, select_clean_target, select_target
 
 
 def cloud(opacities, valid=None) -> GaussianCloud:
@@ -58,6 +58,16 @@ def test_cleaning_keeps_pieces_and_reports_what_went():
     assert f"removed {report.outliers} outliers" in report.notice.message
     shuffled = np.random.default_rng(1).permutation(len(points))
     assert np.array_equal(clean_points(points[shuffled]).keep, report.keep[shuffled])
+
+
+def test_cleaned_selection_indexes_the_whole_splat():
+    points, kind = scene()
+    count = len(points)
+    opacities = np.where(np.arange(count) % 7 == 0, 0.01, 0.8)
+    splat = GaussianCloud(points.astype(np.float32), opacities, np.zeros((count, 3)), np.ones(count, bool))
+    selected, report = select_clean_target(splat)
+    assert not selected[opacities < 0.1].any() and not selected[kind >= 2].any()
+    assert selected.sum() == report.keep.sum() and len(report.keep) == (opacities > 0.1).sum()
 
 
 def test_each_step_counts_for_itself():

@@ -67,12 +67,29 @@ def select_target(cloud: GaussianCloud, *, opacity: float = 0.1, box: Box | None
     return selected
 
 
+def select_clean_target(
+    cloud: GaussianCloud,
+    *,
+    opacity: float = 0.1,
+    box: Box | None = None,
+    options: CleaningOptions | None = None,
+    progress: Progress = no_progress,
+) -> tuple[NDArray[np.bool_], Cleaning]:
+    """As select_target, without outliers and small clusters: (N,) bool and the report over the points selected."""
+    selected = select_target(cloud, opacity=opacity, box=box)
+    rows = np.flatnonzero(selected)
+    report = clean_points(cloud.centres[rows].astype(np.float64), options=options, progress=progress)
+    selected[rows[~report.keep]] = False
+    return selected, report
+
+
 def clean_points(
     points: Array, *, options: CleaningOptions | None = None, progress: Progress = no_progress
 ) -> Cleaning:
     """Marks statistical outliers and small clusters among points (N, 3); nothing is moved or reordered.
 
-    Clusters are judged by their share of all points, so several true pieces survive.
+    Clusters are judged by their share of all points, so several true pieces survive. Meant for up to some 200,000
+    points; subsample larger splats.
     """
     options = options or CleaningOptions()
     keep = np.ones(len(points), dtype=bool)

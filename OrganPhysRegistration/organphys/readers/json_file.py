@@ -1,8 +1,9 @@
-"""JSON files from outside: bounded in size, and every failure an InputError."""
+"""JSON and text files from outside: bounded in size, and every failure an InputError."""
 
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -11,22 +12,27 @@ from ..ground.checks import InputError
 MAX_JSON_BYTES = 16_000_000
 
 
-def read_json(path: str | Path) -> Any:
-    """The parsed content of a JSON file of at most 16 MB."""
+def read_text(path: str | Path) -> str:
+    """The text of a file of at most 16 MB; bytes that are no UTF-8 are replaced."""
     path = Path(path)
+    if not os.path.isfile(path):
+        raise InputError(f"{path}: no such file; check the path")
     try:
         if path.stat().st_size > MAX_JSON_BYTES:
-            raise InputError(f"{path}: larger than {MAX_JSON_BYTES // 1_000_000} MB, so not the JSON expected here")
-        return json.loads(path.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: no such file") from error
+            raise InputError(f"{path}: larger than {MAX_JSON_BYTES // 1_000_000} MB, so not the file expected here")
+        return path.read_text(encoding="utf-8-sig", errors="replace")
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); check the path") from error
+        raise InputError(f"{path}: cannot be read ({error.strerror}); check its permissions") from error
+
+
+def read_json(path: str | Path) -> Any:
+    """The parsed content of a JSON file of at most 16 MB."""
+    text = read_text(path)
+    try:
+        return json.loads(text)
     except RecursionError as error:
         raise InputError(f"{path}: nested too deeply for JSON; save the file again") from error
-    except ValueError as error:  # also UnicodeDecodeError and JSONDecodeError
-        if isinstance(error, InputError):
-            raise
+    except ValueError as error:
         raise InputError(f"{path}: no valid JSON ({str(error)[:120]}); save the file again") from error
 
 

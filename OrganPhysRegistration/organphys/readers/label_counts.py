@@ -13,6 +13,7 @@ from ..ground.progress import Progress, no_progress
 from .label_schemes import scheme_names
 from .label_volume import VolumeHeader, slabs
 from .segment_table import named_segments
+from .volume_checks import check_labels
 
 MAX_LABELS = 10_000
 
@@ -51,8 +52,7 @@ def count_labels(
 def _add(counts: dict[int, int], voxels: NDArray[Any], header: VolumeHeader) -> None:
     # the background is most of a volume, so it goes first
     values = voxels[voxels != 0]
-    if values.dtype.kind == "f" and not np.array_equal(values, np.rint(values)):
-        raise InputError(f"{header.path}: holds fractions, so it is an image and not a label map; give the label map")
+    check_labels(header.path, values)
     for label, count in zip(*_unique(values), strict=True):
         counts[int(label)] = counts.get(int(label), 0) + int(count)
     if len(counts) > MAX_LABELS:

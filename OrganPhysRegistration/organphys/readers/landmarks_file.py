@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 import re
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,10 @@ import numpy as np
 from ..ground.checks import InputError, as_points
 from ..ground.frames import ras_from_lps
 from ..points.point_sets import Landmarks
-from .json_file import MAX_JSON_BYTES, is_lps, markups_of, read_json
+from .json_file import is_lps, markups_of, read_json, read_text
 
-NUMBER = r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"
+# every text matches in one way only, so that a long path cannot make the search explode
+NUMBER = r"\s*[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?\s*"
 COORDINATES = re.compile(rf"(?:{NUMBER},{NUMBER},{NUMBER}(?:;|$))+\s*")
 
 
@@ -27,7 +29,7 @@ def read_landmarks(path_or_text: str | Path) -> Landmarks:
     if isinstance(path_or_text, str) and COORDINATES.fullmatch(text.strip()):
         return _from_text(text)
     path = Path(path_or_text)
-    if not path.is_file():
+    if not os.path.isfile(path):  # also False for names the system refuses
         raise InputError(f"{text}: no such file; give .mrk.json, .fcsv or coordinates as 'x,y,z; x,y,z' (RAS mm)")
     name = path.name.lower()
     if name.endswith(".json"):
@@ -78,9 +80,7 @@ def _from_fcsv(path: Path) -> tuple[list[Any], list[str]]:
 
     Slicer before 4.11 wrote 0 for RAS; without the line RAS is the historical meaning.
     """
-    if path.stat().st_size > MAX_JSON_BYTES:
-        raise InputError(f"{path}: too large for a landmark file")
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    lines = read_text(path).splitlines()
     header = {k.strip().lower(): v.strip() for k, _, v in (x[1:].partition("=") for x in lines if x[:1] == "#")}
     system = header.get("coordinatesystem", "RAS").upper()
     if system not in ("0", "1", "RAS", "LPS"):

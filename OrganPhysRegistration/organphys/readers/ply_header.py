@@ -11,6 +11,7 @@ import numpy as np
 from ..ground.checks import InputError
 
 MAX_HEADER_BYTES = 1_000_000
+MAX_PROPERTIES = 1000
 FORMATS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
 TYPES = {
     old_or_new: kind
@@ -63,14 +64,17 @@ class PlyHeader:
 def read_ply_header(path: str | Path) -> PlyHeader:
     """Header of a PLY file; InputError where it is no PLY, damaged, or the file is shorter than it declares."""
     path = Path(path)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(f"{path}: no such file; give a splat (.ply)")
-    with path.open("rb") as file:
-        head = file.read(MAX_HEADER_BYTES)
-    if head[:4] not in (b"ply\n", b"ply\r"):
+    try:
+        with path.open("rb") as file:
+            head = file.read(MAX_HEADER_BYTES)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); check its permissions") from error
+    if not head.startswith((b"ply\n", b"ply\r\n")):
         raise InputError(f"{path}: not a PLY file, its first line is not 'ply'; export the splat as PLY")
-    end = head.find(b"end_header")
-    if end < 0:
+    end = head.find(b"\nend_header") + 1
+    if end == 0:
         raise InputError(f"{path}: the PLY header does not end within the first megabyte; the file is damaged or cut")
     newline = head.find(b"\n", end)
     size = newline + 1 if newline >= 0 else len(head)
@@ -106,6 +110,8 @@ def _with_property(path: Path, element: PlyElement, words: list[str]) -> PlyElem
         return PlyElement(element.name, element.count, element.properties, lists=True)
     if len(words) != 2 or words[0] not in TYPES:
         raise InputError(f"{path}: PLY property {' '.join(words)[:80]!r} is not understood; the file is damaged")
+    if len(element.properties) >= MAX_PROPERTIES:
+        raise InputError(f"{path}: more than {MAX_PROPERTIES} properties, so this is no splat; export it again")
     if words[1] in element.names:
         raise InputError(f"{path}: PLY property {words[1]!r} occurs twice in {element.name!r}; export the splat again")
     return PlyElement(element.name, element.count, (*element.properties, (words[1], TYPES[words[0]])), element.lists)

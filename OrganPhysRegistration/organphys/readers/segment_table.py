@@ -55,7 +55,7 @@ def _slicer_segments(header: VolumeHeader) -> list[Segment]:
 def _nifti_segments(path: Path) -> list[Segment]:
     """Names of a Caret/Connectome label table (<Label Key="5">liver</Label>), as TotalSegmentator writes it."""
     text = _nifti_extension(path).decode("utf-8", errors="replace")
-    labels = re.findall(r'<Label\s[^>]*?Key="(\d{1,9})"[^>]*>\s*(?:<!\[CDATA\[)?([^<\]]{1,200})', text)
+    labels = re.findall(r'<Label\s[^<>]*?Key="(\d{1,9})"[^<>]*>\s*(?:<!\[CDATA\[)?([^<\]]{1,200})', text)
     return [Segment(int(key), 0, name.strip()) for key, name in labels if int(key) != 0]
 
 

@@ -20,6 +20,7 @@ from .label_volume import VolumeHeader, read_header, slabs
 from .mask_cleaning import Mask, boundary_of, clean_mask
 from .mask_surface import surface_of_mask
 from .organ_choice import OrganChoice, choose_organ, present
+from .volume_checks import check_labels
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,7 @@ def _read_mask(header: VolumeHeader, choice: OrganChoice, progress: Progress) ->
     """Mask of the labels cropped to its box, and the box's first index (3,); None where none occurs."""
     pieces: list[tuple[NDArray[np.int64], Mask]] = []
     for start, voxels in slabs(header, choice.layer, progress=progress):
+        check_labels(header.path, voxels)
         found = voxels == choice.labels[0]
         for label in choice.labels[1:]:
             found |= voxels == label

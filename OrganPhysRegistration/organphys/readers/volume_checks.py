@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import gzip
+import os
 import zlib
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..ground.checks import InputError
 
@@ -16,12 +21,14 @@ DETACHED = (".mhd", ".nhdr", ".hdr", ".img", ".img.gz")
 
 def check_is_volume_file(path: Path) -> None:
     """InputError unless ``path`` is a file with a known ending; DICOM gets the conversion named."""
-    if path.is_dir() or _is_dicom(path):
+    if os.path.isfile(path) and not os.access(path, os.R_OK):
+        raise InputError(f"{path}: cannot be read; check its permissions")
+    if os.path.isdir(path) or _is_dicom(path):
         raise InputError(
             f"{path}: DICOM is not read directly; load it in 3D Slicer and save the segmentation as .seg.nrrd, "
             "or convert a DICOM SEG with dcmqi's segimage2itkimage"
         )
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(f"{path}: no such file; give a label map (.nii.gz, .nrrd, .seg.nrrd, .mha)")
     if not path.name.lower().endswith(SUFFIXES):
         raise InputError(f"{path}: unknown kind of label map; give .nii, .nii.gz, .nrrd, .seg.nrrd, .mha or .mhd")
@@ -46,6 +53,15 @@ def check_declared_size(path: Path, *, voxels: int, bytes_per_voxel: int) -> Non
         complete = True
     if not complete:
         raise InputError(f"{path}: truncated, the header declares {declared} bytes of voxels; copy the file again")
+
+
+def check_labels(path: Path, voxels: NDArray[Any]) -> None:
+    """InputError where voxels are negative or fractions: an image given instead of its label map."""
+    kind = voxels.dtype.kind
+    if kind == "u" or voxels.size == 0:
+        return
+    if voxels.min() < 0 or (kind == "f" and not np.array_equal(voxels, np.rint(voxels))):
+        raise InputError(f"{path}: holds negative numbers or fractions, so it is an image; give its label map")
 
 
 def _gzip_holds(path: Path, expected: int) -> bool:
@@ -76,7 +92,7 @@ def _gzip_holds(path: Path, expected: int) -> bool:
 def _is_dicom(path: Path) -> bool:
     if path.suffix.lower() in (".dcm", ".dicom"):
         return True
-    if not path.is_file():
+    if not os.path.isfile(path):
         return False
     with path.open("rb") as file:
         return file.read(132)[128:] == b"DICM"
