@@ -64,7 +64,8 @@ def read_header(path: str | Path) -> VolumeHeader:
     try:
         reader.ReadImageInformation()
     except RuntimeError as error:
-        raise InputError(f"{path}: not readable as a label map ({_first_reason(error)})") from error
+        reason = _first_reason(error)
+        raise InputError(f"{path}: not readable as a label map ({reason}); save it anew from 3D Slicer") from error
     size, dimension = reader.GetSize(), reader.GetDimension()
     components = reader.GetNumberOfComponents()
     if dimension not in (3, 4) or (dimension == 4 and components > 1) or min(size) < 1:
@@ -122,7 +123,10 @@ def _read(header: VolumeHeader, start: int, stop: int) -> Any:
     try:
         return reader.Execute()
     except (RuntimeError, MemoryError) as error:
-        raise InputError(f"{header.path}: reading failed, the file is damaged ({_first_reason(error)})") from error
+        reason = _first_reason(error)
+        raise InputError(
+            f"{header.path}: damaged or incomplete ({reason}); copy it again with all its parts"
+        ) from error
 
 
 def _layer_view(image: Any, layer: int) -> NDArray[Any]:

@@ -53,7 +53,8 @@ def read_organ(
     choice = choose_organ(header, organ, label_scheme)
     mask, corner = _read_mask(header, choice, progress)
     if mask is None:
-        wanted = f"{choice.name!r} (label {'+'.join(map(str, choice.labels))})"
+        ids = "+".join(map(str, choice.labels))
+        wanted = f"label {ids}" if choice.name == f"label {ids}" else f"{choice.name!r} (label {ids})"
         raise InputError(f"{header.path}: {wanted} is not in the map; {present(header, label_scheme)}")
     mask, notices = clean_mask(mask, header.spacing_mm, opening=opening, close_holes=close_holes)
     return _organ(header, mask, corner, name=choice.name, notices=notices)
