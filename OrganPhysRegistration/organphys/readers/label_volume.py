@@ -58,6 +58,8 @@ class VolumeHeader:
 
 def read_header(path: str | Path) -> VolumeHeader:
     """Header of a .nii, .nii.gz, .nrrd, .seg.nrrd, .mha or .mhd file; InputError where it cannot be a label map."""
+    import SimpleITK as sitk
+
     path = Path(path)
     check_is_volume_file(path)
     reader = _reader(path)
@@ -70,14 +72,11 @@ def read_header(path: str | Path) -> VolumeHeader:
     components = reader.GetNumberOfComponents()
     if dimension not in (3, 4) or (dimension == 4 and components > 1) or min(size) < 1:
         raise InputError(f"{path}: expected a 3-dimensional label map, got size {list(size)}; export a 3D volume")
-    frames = size[3] if dimension == 4 else components
-    import SimpleITK as sitk
-
     pixel_type = sitk.GetPixelIDValueAsString(reader.GetPixelID())
     header = VolumeHeader(
         path=path,
         shape=(size[2], size[1], size[0]),
-        layers=frames,
+        layers=size[3] if dimension == 4 else components,
         pixel_type=pixel_type,
         bytes_per_voxel=_bytes_per_voxel(pixel_type, path),
         metadata={key: reader.GetMetaData(key) for key in reader.GetMetaDataKeys()},
