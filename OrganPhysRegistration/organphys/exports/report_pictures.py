@@ -1,0 +1,113 @@
+"""The overlay pictures of the report: every stage from the camera, from beside and from above."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from ..asset.surface_distance import vertex_normals
+from ..ground.checks import Array
+from .camera_view import View
+from .mesh_thinning import ThinMesh, thin_mesh
+from .picture_svg import label, scale_bar, svg_picture
+from .renderer import SplatLayer, overlay_picture, splat_picture
+from .report_content import ReportContent, StagePicture
+
+WIDTH, HEIGHT = 420, 315
+VIEW_NAMES = ("from the camera", "from the side", "from above")
+RAMP = np.array([[0.13, 0.40, 0.67], [0.40, 0.76, 0.65], [1.0, 0.93, 0.55], [0.96, 0.55, 0.26], [0.70, 0.05, 0.15]])
+UNKNOWN = np.array([0.42, 0.45, 0.50])
+
+
+@dataclass(frozen=True)
+class PictureRow:
+    """name of the row and one SVG for each of VIEW_NAMES."""
+
+    name: str
+    pictures: tuple[str, ...]
+
+
+def overlay_rows(content: ReportContent) -> list[PictureRow]:
+    """The splat alone, every stage over it, and the last stage painted by its distance to the splat if known."""
+    if not content.stages or not len(content.splat_centres):
+        return []
+    thin = thin_mesh(content.vertices_ct, content.faces)
+    layers = splat_layers(content, thin.averaged(content.stages[-1].vertices))
+    rows = [PictureRow("Splat", tuple(_finish(layer, splat_picture(layer), content) for layer in layers))]
+    rows += [_stage_row(stage, thin, layers, content) for stage in content.stages]
+    last = content.stages[-1]
+    if last.distances_mm is not None and np.isfinite(last.distances_mm).any():
+        rows.append(_distance_row(last, thin, layers, content))
+    return rows
+
+
+def splat_layers(content: ReportContent, organ: Array) -> list[SplatLayer]:
+    """The splat in the three views that hold the registered ``organ`` (N, 3) and the splat's bulk."""
+    centres = content.splat_centres
+    bulk = centres[:: max(1, len(centres) // 5000)]
+    middle = np.median(bulk, axis=0)
+    distance = np.linalg.norm(bulk - middle, axis=1)
+    shown = np.concatenate([organ, bulk[distance <= np.percentile(distance, 97)]])
+    front = View(content.camera.position, organ.mean(0), np.array([0.0, 1.0, 0.0]), 1.0, WIDTH, HEIGHT)
+    views = (front, front.turned(1, 65), front.turned(0, -65))
+    radius = 2.0 * point_spacing(centres)
+    return [SplatLayer(view.fitted(shown), centres, content.splat_colours, radius) for view in views]
+
+
+def point_spacing(points: Array) -> float:
+    """Median distance to the nearest other point of (N, 3), from up to 2000 of them."""
+    if len(points) < 2:
+        return 0.0
+    return float(np.median(cKDTree(points).query(points[:: max(1, len(points) // 2000)], k=2)[0][:, 1]))
+
+
+def ramp_colours(values: Array, top: float) -> Array:
+    """Colours (N, 3) of values 0 (blue) to ``top`` (red); grey where not finite."""
+    place = np.clip(np.nan_to_num(values, nan=0.0, posinf=top) / top, 0, 1) * (len(RAMP) - 1)
+    steps = np.arange(len(RAMP))
+    colours = np.stack([np.interp(place, steps, RAMP[:, k]) for k in range(3)], axis=1)
+    return np.where(np.isfinite(values)[:, None], colours, UNKNOWN)
+
+
+def _stage_row(stage: StagePicture, thin: ThinMesh, layers: Sequence[SplatLayer], content: ReportContent) -> PictureRow:
+    vertices = thin.averaged(stage.vertices)
+    normals = vertex_normals(vertices, thin.faces)
+    images = [overlay_picture(layer, vertices, thin.faces, normals=normals) for layer in layers]
+    return PictureRow(
+        stage.name, tuple(_finish(layer, image, content) for layer, image in zip(layers, images, strict=True))
+    )
+
+
+def _distance_row(
+    stage: StagePicture, thin: ThinMesh, layers: Sequence[SplatLayer], content: ReportContent
+) -> PictureRow:
+    distances = np.asarray(stage.distances_mm, dtype=np.float64)
+    top = float(np.clip(np.ceil(np.nanpercentile(distances[np.isfinite(distances)], 80)), 2, 10))
+    vertices, colours = thin.averaged(stage.vertices), thin.averaged(ramp_colours(distances, top))
+    normals = vertex_normals(vertices, thin.faces)
+    pictures = []
+    for layer in layers:
+        empty = SplatLayer(layer.view, np.zeros((0, 3)), np.zeros((0, 3)), 1.0)
+        image = overlay_picture(empty, vertices, thin.faces, normals=normals, colours=colours)
+        pictures.append(svg_picture(_with_bar(image), [*_ramp_words(top), scale_bar(layer.view, content.mm_per_unit)]))
+    return PictureRow(f"{stage.name}: distance to the splat", tuple(pictures))
+
+
+def _with_bar(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Picture with the colour ramp at the lower left."""
+    image = image.copy()
+    bar = ramp_colours(np.linspace(0, 1, 110), 1.0)
+    image[HEIGHT - 17 : HEIGHT - 9, 12:122] = (255 * bar).astype(np.uint8)
+    return image
+
+
+def _ramp_words(top: float) -> list[str]:
+    return [label(12, HEIGHT - 22, "0", size=12), label(122, HEIGHT - 22, f"{top:g} mm", size=12, anchor="end")]
+
+
+def _finish(layer: SplatLayer, image: NDArray[np.uint8], content: ReportContent) -> str:
+    return svg_picture(image, [scale_bar(layer.view, content.mm_per_unit)])
