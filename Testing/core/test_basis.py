@@ -83,6 +83,8 @@ def test_weights_come_back_from_their_arrays(points, rkpm, kind):
         weights_from_arrays(kind, {**weights.arrays(), **damaged})
     with pytest.raises(InputError, match="one of"):
         weights_from_arrays("other", {})
+    with pytest.raises(InputError, match="damaged"):
+        weights_from_arrays(kind, {"offset_0": np.zeros(3)})
 
 
 def test_rkpm_weights_are_smooth_orthogonal_modes(points, rkpm):
@@ -130,6 +132,8 @@ def test_rkpm_bad_input(points):
         rkpm_weights(points[:20], handles=20)
     with pytest.raises(InputError, match="at least 8"):
         rkpm_weights(points[:3])
+    with pytest.raises(InputError, match="plane"):
+        rkpm_weights(points * [1.0, 1.0, 0.0], handles=4)
 
 
 @pytest.mark.parametrize("kind", ["rkpm", "learned"])

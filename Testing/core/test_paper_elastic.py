@@ -9,6 +9,9 @@ from organphys.ground.checks import InputError
 from organphys.ground.frames import Similarity, rotation_about
 from organphys.ground.progress import Cancelled
 from organphys.ground.solve_report import Stop
+from organphys.mechanics.lbfgs import minimise
+from organphys.mechanics.newton import newton
+from scipy.linalg import cho_factor, cho_solve
 from scipy.spatial import cKDTree
 
 SPACING = 4.0
@@ -74,6 +77,30 @@ def test_objective_and_gradient(model):
         d = rng.normal(size=z.size)
         slope = (objective(z.ravel() + 1e-6 * d)[0] - objective(z.ravel() - 1e-6 * d)[0]) / 2e-6
         assert gradient @ d == pytest.approx(slope, rel=1e-6)
+
+
+def test_three_solvers_find_the_same_minimum(organ, model):
+    """One sub-problem by L-BFGS-B, projected Newton and L-BFGS with a Cholesky factor of the Hessian at rest."""
+    inside, boundary, _ = organ
+    tree = cKDTree(model.normalisation.apply(bend(inside[boundary])))
+    matched, w = correspondences(model.surface, tree, sigma=0.05, keep=1.0)
+    objective = PaperObjective.at(0.05, model.elasticity, model.surface_phi, model.surface, matched, w)
+    data = 2 * np.kron(objective.quadratic, np.eye(3))
+    z0 = np.zeros((model.basis.size, 3))
+
+    def hessian(flat):
+        return 0.05 * model.elasticity.hessian(flat.reshape(-1, 3), project=True) + data
+
+    by_newton, newton_report = newton(objective, hessian, z0.ravel(), steps=40, tolerance=1e-12)
+    factor = cho_factor(0.05 * model.elasticity.rest_hessian() + data + 1e-9 * np.trace(data) * np.eye(len(data)))
+    by_lbfgs, report = minimise(
+        objective, z0.ravel(), precondition=lambda g: cho_solve(factor, g), steps=100, tolerance=1e-12
+    )
+    by_scipy, _ = objective.minimise(z0, steps=3000, gradient_tolerance=1e-8)
+    best = objective(by_newton)[0]
+    assert newton_report.stop is Stop.CONVERGED and report.stop is Stop.CONVERGED and report.iterations < 60
+    assert objective(by_lbfgs)[0] == pytest.approx(best, rel=1e-6)
+    assert objective(by_scipy.ravel())[0] == pytest.approx(best, rel=1e-3)
 
 
 def test_correspondence_weights():

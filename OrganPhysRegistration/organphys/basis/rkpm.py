@@ -84,13 +84,16 @@ def rkpm_weights(
     """RKPM weights with ``handles`` handles (constant one included) on volume points (N, 3), normalised frame.
 
     ``nodes`` kernel centres by farthest-point sampling, stiffness and mass summed over ``samples`` points; N beyond
-    10 times the samples is subsampled first (seeded). ``stiffness`` (N,): lam + 4 mu at the points when it varies.
+    4 times the samples is subsampled first (seeded). ``stiffness`` (N,): lam + 4 mu at the points when it varies.
     """
     points = as_points(points, "volume points", minimum=8)
     if handles < 1:
         raise InputError(f"handles: expected at least 1, got {handles}")
     if min(nodes, len(points)) < handles + 4:
         raise InputError(f"handles: {handles} handles need more than {handles + 4} nodes and points, use fewer")
+    spread = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(points.T)), 0.0))
+    if spread[0] < 1e-6 * spread[2]:
+        raise InputError("volume points: they lie in a plane, one voxel thick; check the label or resample it")
     few = random_subset(len(points), 4 * max(samples, nodes), seed)
     centres = points[few[farthest_points(points[few], nodes)]]
     kernel = ReproducingKernel(centres, _radii(centres, points[few]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
-from ..ground.checks import Array, one_of
+from ..ground.checks import Array, InputError, one_of
 from .learned import LearnedWeights
 from .rkpm import RkpmWeights
 
@@ -37,4 +37,7 @@ class SkinningWeights(Protocol):
 def weights_from_arrays(kind: str, arrays: Mapping[str, Array]) -> SkinningWeights:
     """Weights of ``kind`` ("rkpm" or "learned") from what their ``arrays()`` gave."""
     one_of(kind, "kind of skinning weights", ("rkpm", "learned"))
-    return RkpmWeights.from_arrays(arrays) if kind == "rkpm" else LearnedWeights.from_arrays(arrays)
+    try:
+        return RkpmWeights.from_arrays(arrays) if kind == "rkpm" else LearnedWeights.from_arrays(arrays)
+    except KeyError as error:
+        raise InputError(f"stored {kind} weights lack {error}: the file is damaged, write it again") from error
