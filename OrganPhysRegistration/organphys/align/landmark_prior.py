@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..ground.checks import Array
@@ -12,6 +13,7 @@ from ..points.surface_samples import SurfaceSamples
 from .poses import Poses
 from .splat_view import SplatView
 
+ON_SURFACE = 0.15  # a landmark this near (normalised length) to the seen surface counts as met
 STRONGEST = 0.15  # a landmark may tip the choice between near-equal poses, never overrule the data
 
 
@@ -21,7 +23,7 @@ class LandmarkPrior:
 
     positions: Array
     normals: Array
-    sample_index: Array
+    sample_index: NDArray[np.int64]
 
     @classmethod
     def of(cls, positions_mm: Array, samples: SurfaceSamples) -> LandmarkPrior:
@@ -47,5 +49,5 @@ def landmark_cost(points: Array, normals: Array, scale: Array, view: SplatView) 
     """Penalty (B,) of landmarks at points (B, L, 3) with normals (B, L, 3), camera frame, for scales (B,)."""
     facing = -np.einsum("blk,blk->bl", normals, points) / np.linalg.norm(points, axis=-1)
     distance = view.tree.query(points.reshape(-1, 3))[0].reshape(facing.shape) / scale[:, None]
-    cost = 2 * np.maximum(-facing, 0) + 3 * np.maximum(distance - 0.15, 0)
+    cost = 2 * np.maximum(-facing, 0) + 3 * np.maximum(distance - ON_SURFACE, 0)
     return STRONGEST * np.clip(cost, 0, 1).mean(1)

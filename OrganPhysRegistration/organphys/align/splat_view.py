@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..ground.checks import Array, InputError
@@ -35,8 +34,8 @@ class SplatView:
 
 
 def splat_view(
-    centres: NDArray[np.floating],
-    others: NDArray[np.floating],
+    centres: Array,
+    others: Array,
     camera: Camera,
     *,
     surface_options: SplatSurfaceOptions | None = None,
@@ -44,7 +43,8 @@ def splat_view(
     seed: int = 0,
 ) -> SplatView:
     """View of the organ's opaque ``centres`` (N, 3) and of the rest of the scene ``others`` (K, 3), scene frame."""
-    T_camera_scene, notices = look(np.asarray(centres, dtype=np.float64), camera)
+    centres, others = np.asarray(centres, dtype=np.float64), np.asarray(others, dtype=np.float64)
+    T_camera_scene, notices = look(centres, camera)
     surface = splat_surface(T_camera_scene.apply(centres), options=surface_options, seed=seed)
     surface = _in_front(surface)
     image = camera_image(surface, T_camera_scene.apply(others), fov_deg=camera.fov_deg, options=image_options)
@@ -57,7 +57,7 @@ def look(centres: Array, camera: Camera) -> tuple[Similarity, tuple[Notice, ...]
     direction = np.median(offset, axis=0)
     if np.linalg.norm(direction) == 0:
         raise InputError("camera: it lies in the middle of the splat; give the endoscope's position")
-    rotation, notices = np.eye(3), ()
+    rotation, notices = np.eye(3), tuple[Notice, ...]()
     if np.mean(offset[:, 2] > 0.1 * np.linalg.norm(direction)) < 0.98:
         rotation = rotation_between(direction, np.array([0.0, 0.0, 1.0]))
         notices = (

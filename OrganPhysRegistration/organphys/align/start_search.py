@@ -6,7 +6,7 @@ Needs no landmark; landmarks narrow the views and break ties.
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -42,7 +42,7 @@ class SearchStage:
 class StartSearchOptions:
     """Stages from many rough to few exact poses."""
 
-    candidates: CandidateOptions = CandidateOptions()
+    candidates: CandidateOptions = field(default_factory=CandidateOptions)
     stages: tuple[SearchStage, ...] = (
         SearchStage(points=50, steps=3, tau=0.35, damping=0.05, batch=600, keep=400, apart_deg=8.0),
         SearchStage(points=150, steps=6, tau=0.2, damping=0.02, batch=200, keep=30, apart_deg=10.0),

@@ -35,8 +35,8 @@ class _Rows:
     cost: Single
     weight: Single
     residual: Single
-    point: tuple[Single, Single, Single]
-    normal: tuple[Single, Single, Single]
+    point: tuple[Single, ...]
+    normal: tuple[Single, ...]
 
 
 class TwoWayFit:
@@ -98,7 +98,8 @@ class TwoWayFit:
         cost = (error / (error + tau2)).mean(1)
         if not rows:
             return _Rows(cost, cost, cost, x, x)
-        return _Rows(cost, (1 + error / tau2) ** -2, _dot(n, d), x, n)
+        weight = ((1 + error / tau2) ** -2).astype(np.float32, copy=False)
+        return _Rows(cost, weight, _dot(n, d), x, n)
 
     def _camera_rows(self, poses: Poses, tau: float, *, rows: bool = True) -> _Rows:
         tau2, scale = np.float32(tau * tau), poses.scale.astype(np.float32)[:, None]
@@ -146,7 +147,7 @@ class TwoWayFit:
 
     def _camera_targets(
         self, y: tuple[Single, ...], depth: Single, pixel: NDArray[np.int32], empty: NDArray[np.bool_]
-    ) -> tuple[tuple[Single, Single, Single], tuple[Single, Single, Single]]:
+    ) -> tuple[tuple[Single, ...], tuple[Single, ...]]:
         """Target point and plane normal per organ sample, camera frame: seen splat point, or silhouette plane."""
         edge = tuple(c[pixel] for c in self.edge)
         across = tuple(y[k] - edge[k] * depth for k in range(2))
@@ -167,7 +168,7 @@ def _subset(points: Array, count: int, seed: int) -> NDArray[np.int64]:
     return farthest_points(points, count) if count <= 150 else random_subset(len(points), count, seed)
 
 
-def _columns(points: Array) -> tuple[Single, Single, Single]:
+def _columns(points: Array) -> tuple[Single, ...]:
     x, y, z = np.ascontiguousarray(points.T, dtype=np.float32)
     return x, y, z
 
@@ -176,7 +177,7 @@ def _homogeneous(points: Array) -> Single:
     return np.concatenate([points.T, np.ones((1, len(points)))]).astype(np.float32)
 
 
-def _transform(matrix: Array, shift: Array | None, columns: Single) -> tuple[Single, Single, Single]:
+def _transform(matrix: Array, shift: Array | None, columns: Single) -> tuple[Single, ...]:
     """matrix (B, 3, 3) @ columns (3 or 4, P) + shift (B, 3) as one product; three arrays (B, P)."""
     if shift is not None:
         matrix = np.concatenate([matrix, shift[..., None]], axis=2)
@@ -185,17 +186,16 @@ def _transform(matrix: Array, shift: Array | None, columns: Single) -> tuple[Sin
     return x, y, z
 
 
-def _turn(matrix: Single, v: tuple[Single, ...]) -> tuple[Single, Single, Single]:
+def _turn(matrix: Single, v: tuple[Single, ...]) -> tuple[Single, ...]:
     """matrix (B, 3, 3) times a different vector for every pose and point."""
-    x, y, z = (sum(matrix[:, i, j, None] * v[j] for j in range(3)) for i in range(3))
-    return x, y, z
+    return tuple(_dot((matrix[:, i, 0, None], matrix[:, i, 1, None], matrix[:, i, 2, None]), v) for i in range(3))
 
 
 def _dot(a: tuple[Single, ...], b: tuple[Single, ...]) -> Single:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-def _pick(mask: NDArray[np.bool_], a: tuple[Single, ...], b: tuple[Single, ...]) -> tuple[Single, Single, Single]:
+def _pick(mask: NDArray[np.bool_], a: tuple[Single, ...], b: tuple[Single, ...]) -> tuple[Single, ...]:
     x, y, z = (np.where(mask, p, q) for p, q in zip(a, b, strict=True))
     return x, y, z
 

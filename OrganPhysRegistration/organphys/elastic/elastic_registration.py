@@ -7,9 +7,10 @@ quadratic-plus-elastic sub-problem. The stiffness alpha and the robust width tau
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..align.splat_view import SplatView
 from ..ground.checks import Array, one_of
@@ -46,7 +47,7 @@ class ElasticOptions:
         ElasticLevel(0.04, 0.1, 14),
         ElasticLevel(0.015, 0.1, 20),
     )
-    data: DataOptions = DataOptions()
+    data: DataOptions = field(default_factory=DataOptions)
     organ_points: int = 2200
     inner_steps: int = 6
     move_tolerance: float = 5e-4
@@ -132,7 +133,12 @@ def register_elastically(
 
 
 def find_matches(
-    organ: ReducedOrgan, shape: Deformed, view: SplatView, chosen: Array, tau: float, options: DataOptions
+    organ: ReducedOrgan,
+    shape: Deformed,
+    view: SplatView,
+    chosen: NDArray[np.int64],
+    tau: float,
+    options: DataOptions,
 ) -> Matches:
     """All data terms of one outer step."""
     seen = visibility(shape, view, tau)

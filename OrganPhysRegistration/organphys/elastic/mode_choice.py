@@ -6,6 +6,7 @@ wrong ones 0.7 and more (dev cases).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -48,10 +49,23 @@ class Modes:
 
     poses: Poses
     scores: tuple[ElasticScore, ...]
+    states: tuple[ElasticState, ...]
 
     @property
     def best(self) -> Similarity:
         return self.poses.at(0)
+
+    def runner_up(self, organ: ReducedOrgan, *, apart: float = 0.15) -> tuple[Similarity, ElasticScore] | None:
+        """The best pose whose bent organ lies elsewhere, by rms more than ``apart`` (normalised), than the winner's."""
+        winner = self._surface(organ, 0)
+        for k in range(1, len(self.states)):
+            difference = (self._surface(organ, k) - winner) / self.states[0].pose.scale
+            if np.sqrt((difference**2).sum(1).mean()) > apart:
+                return self.poses.at(k), self.scores[k]
+        return None
+
+    def _surface(self, organ: ReducedOrgan, k: int) -> Array:
+        return self.states[k].pose.apply(organ.points(self.states[k].z))
 
 
 def choose_mode(
@@ -60,25 +74,23 @@ def choose_mode(
     poses: Poses,
     *,
     landmarks: LandmarkPrior | None = None,
-    scale_prior: ScalePrior | None = None,
+    scale_prior: Callable[[Similarity], ScalePrior] = lambda start: ScalePrior(),
     progress: Progress = no_progress,
 ) -> Modes:
     """Poses ranked by their fit after a short elastic solve."""
     options = ElasticOptions(levels=SHORT)
-    done = 0
 
-    def fit(start: Similarity) -> ElasticScore:
-        state, _ = register_elastically(organ, view, start, options=options)
-        return elastic_score(organ, view, state, landmarks)
+    def fit(start: Similarity) -> tuple[ElasticState, ElasticScore]:
+        state, _ = register_elastically(organ, view, start, scale_prior=scale_prior, options=options)
+        return state, elastic_score(organ, view, state, landmarks)
 
+    fits = []
     with ThreadPoolExecutor(2) as pool:
-        scores = []
-        for score in pool.map(fit, [poses.at(k) for k in range(len(poses))]):
-            scores.append(score)
-            done += 1
-            progress("rigid", done / len(poses))
-    order = np.argsort([s.total for s in scores], kind="stable")
-    return Modes(poses[order], tuple(scores[k] for k in order))
+        for result in pool.map(fit, [poses.at(k) for k in range(len(poses))]):
+            fits.append(result)
+            progress("rigid", len(fits) / len(poses))
+    order = np.argsort([score.total for _, score in fits], kind="stable")
+    return Modes(poses[order], tuple(fits[k][1] for k in order), tuple(fits[k][0] for k in order))
 
 
 def elastic_score(

@@ -1,4 +1,4 @@
-"""How the deformed organ stands in the reference image: which samples match what was seen, and which must not be there."""
+"""How the deformed organ stands in the reference image: what matches what was seen, and what must not be there."""
 
 from __future__ import annotations
 

@@ -1,0 +1,133 @@
+"""The stages of method="organphys": global start, choice of the mode by elastic fit, elastic solve with joint scale."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import numpy as np
+
+from ..align.landmark_prior import ON_SURFACE, LandmarkPrior
+from ..align.pose_view import pose_view
+from ..align.splat_view import SplatView, splat_view
+from ..align.start_search import Starts, search_start
+from ..elastic.elastic_registration import ElasticOptions, register_elastically
+from ..elastic.joint_scale import ScalePrior
+from ..elastic.mode_choice import Modes, choose_mode
+from ..elastic.records import ElasticResult
+from ..elastic.reduced_organ import ReducedOrgan, reduce_organ
+from ..ground.checks import Array
+from ..ground.frames import Similarity
+from ..ground.notices import Notice
+from ..ground.progress import Progress
+from ..ground.solve_report import SolveReport, Stop
+from ..points.point_sets import Camera, Organ, SceneUnit
+from ..points.surface_samples import SurfaceSamples, sample_surface
+from .elastic_recorder import ElasticRecorder
+from .registration import MethodResult, RegisterOptions
+from .scale_checks import scale_prior, unit_notices, unit_scale
+from .scene import Scene
+
+AMBIGUOUS = 0.05
+
+
+def run_default(
+    organ: Organ,
+    scene: Scene,
+    landmarks: Array,
+    camera: Camera,
+    unit: SceneUnit | None,
+    options: RegisterOptions,
+    progress: Progress,
+) -> MethodResult:
+    """Registration by the default method; landmarks (L, 3) in RAS mm, L may be 0."""
+    seed, marks = options.seed, [perf_counter()]
+    progress("coarse", 0.0)
+    samples = sample_surface(organ, seed=seed)
+    view = splat_view(scene.centres, scene.others, camera, seed=seed)
+    prior, expected = LandmarkPrior.of(landmarks, samples), unit_scale(unit, samples)
+    starts, unit_notes = _search(samples, view, prior, unit, seed, progress)
+    marks.append(perf_counter())
+    progress("basis", 0.0)
+    reduced = reduce_organ(organ, samples, seed=seed)
+    marks.append(perf_counter())
+
+    def prior_of_scale(start: Similarity) -> ScalePrior:
+        return scale_prior(start, expected, unit)
+
+    modes = choose_mode(
+        reduced, view, starts.modes().poses, landmarks=prior, scale_prior=prior_of_scale, progress=progress
+    )
+    marks.append(perf_counter())
+    elastic_options = ElasticOptions.stiffness(options.stiffness)
+    recorder = ElasticRecorder(reduced, view, elastic_options, progress)
+    state, report = register_elastically(
+        reduced, view, modes.best, scale_prior=prior_of_scale, options=elastic_options, on_step=recorder
+    )
+    state = state.without_rigid_part(reduced)
+    marks.append(perf_counter())
+    T_scene_camera, T_normalised_ct = view.T_camera_scene.inverse(), samples.normalisation.T_ct_normalised.inverse()
+    start = starts.poses.at(0)
+    return MethodResult(
+        similarities={
+            "coarse": T_scene_camera @ start @ T_normalised_ct,
+            "rigid": T_scene_camera @ modes.best @ T_normalised_ct,
+        },
+        coarse_view=pose_view(start, samples, view),
+        elastic=ElasticResult(
+            T_scene_ct=T_scene_camera @ state.pose @ T_normalised_ct,
+            normalisation=samples.normalisation,
+            basis=reduced.basis,
+            z=state.z,
+            quadrature_points=reduced.elasticity.points,
+            steps=tuple(recorder.steps),
+            report=report,
+        ),
+        stops={
+            "coarse": SolveReport(Stop.CONVERGED, starts.candidates),
+            "rigid": SolveReport(Stop.CONVERGED, len(modes.scores)),
+            "elastic": report,
+        },
+        seconds=dict(zip(("coarse", "basis", "rigid", "elastic"), np.diff(marks).tolist(), strict=True)),
+        notices=(*view.notices, *unit_notes, *_notices(modes, reduced, prior)),
+    )
+
+
+def _search(
+    samples: SurfaceSamples,
+    view: SplatView,
+    prior: LandmarkPrior,
+    unit: SceneUnit | None,
+    seed: int,
+    progress: Progress,
+) -> tuple[Starts, tuple[Notice, ...]]:
+    """Starts at the stated scale if there is one; a search without it tells whether that scale can be right."""
+    starts = search_start(samples, view, landmarks=prior, seed=seed, progress=progress)
+    expected = unit_scale(unit, samples)
+    if expected is None:
+        return starts, ()
+    notices = unit_notices(float(starts.poses.scale[0]), samples, unit)
+    return search_start(samples, view, landmarks=prior, scale=expected, seed=seed, progress=progress), notices
+
+
+def _notices(modes: Modes, organ: ReducedOrgan, landmarks: LandmarkPrior) -> list[Notice]:
+    notices = []
+    runner_up = modes.runner_up(organ)
+    best = modes.scores[0].total
+    if runner_up is not None and runner_up[1].total < (1 + AMBIGUOUS) * best:
+        notices.append(
+            Notice(
+                "twist_ambiguous",
+                f"Another pose fits almost as well (cost {runner_up[1].total:.2f} against {best:.2f}, no unit): "
+                "check the overlay from several sides, or give a landmark.",
+            )
+        )
+    if len(landmarks) == 1:
+        radius = ON_SURFACE * organ.samples.normalisation.length
+        notices.append(
+            Notice(
+                "single_landmark",
+                f"One landmark only: OrganPhys chose its radius, {radius:.0f} mm; the landmark counts as met within "
+                "this distance of the seen surface.",
+            )
+        )
+    return notices

@@ -1,0 +1,48 @@
+"""Records the default method's outer steps for the curves of the report, and passes progress and cancelling on."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..align.metrics import trimmed_mean
+from ..align.splat_view import SplatView
+from ..elastic.elastic_registration import ElasticOptions, OuterStep
+from ..elastic.records import ElasticStep
+from ..elastic.reduced_organ import ReducedOrgan
+from ..ground.progress import Progress
+
+
+class ElasticRecorder:
+    """Callable for ``register_elastically(on_step=...)``; ``steps`` grows with the run."""
+
+    def __init__(self, organ: ReducedOrgan, view: SplatView, options: ElasticOptions, progress: Progress) -> None:
+        self.organ, self.view, self.progress = organ, view, progress
+        self.total = sum(level.steps for level in options.levels)
+        self.before = np.cumsum([0, *(level.steps for level in options.levels)])
+        self.steps: list[ElasticStep] = []
+        self._level, self._in_level = 0, 0
+
+    def __call__(self, step: OuterStep) -> None:
+        self._in_level = self._in_level + 1 if step.level == self._level else 1
+        self._level = step.level
+        self.progress("elastic", float(self.before[step.level] + self._in_level) / self.total)
+        state, length = step.state, self.organ.samples.normalisation.length
+        surface = state.pose.apply(self.organ.points(state.z))
+        to_mm = length / state.pose.scale
+        to_ct = cKDTree(surface).query(self.view.surface.samples)[0] * to_mm
+        to_splat = self.view.tree.query(surface[:: max(1, len(surface) // 2000)])[0] * to_mm
+        determinants = self.organ.elasticity.determinants(state.z)
+        self.steps.append(
+            ElasticStep(
+                alpha=step.alpha,
+                trim30_splat_to_ct_mm=trimmed_mean(to_ct),
+                mean_ct_to_splat_mm=float(to_splat.mean()),
+                trim30_ct_to_splat_mm=trimmed_mean(to_splat),
+                volume_drift_percent=100 * float(determinants.mean() - 1),
+                min_det_f=float(determinants.min()),
+                largest_move_mm=step.move * length,
+                energy=self.organ.elasticity.energy(state.z),
+                evaluations=step.evaluations,
+            )
+        )

@@ -1,0 +1,164 @@
+"""One registration from point sets to a registered organ with its metrics and warnings."""
+
+from __future__ import annotations
+
+import resource
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+from threadpoolctl import threadpool_limits
+
+from ..align.metrics import strain_percentiles, surface_distances, volume_drift_percent
+from ..asset.registered_organ import VOLUME_POINTS, RegisteredOrgan
+from ..elastic.records import ElasticResult
+from ..ground.frames import Similarity
+from ..ground.progress import Progress, no_progress
+from ..mechanics.tissue import tissue_for
+from ..points.point_sets import Box, Camera, GaussianCloud, Landmarks, Organ, SceneUnit
+from ..points.sampling import random_subset
+from .default_method import run_default
+from .landmark_checks import checked_landmarks
+from .paper_method import run_paper
+from .registration import MethodResult, RegisterOptions, Registration
+from .result_notices import SurfaceState, result_notices
+from .scene import Scene, select_scene
+
+METRIC_POINTS = 10_000
+Metrics = dict[str, dict[str, dict[str, float | str]]]
+
+
+def register(
+    organ: Organ,
+    splat: GaussianCloud,
+    options: RegisterOptions | None = None,
+    *,
+    landmarks: Landmarks | None = None,
+    camera: Camera | None = None,
+    box: Box | None = None,
+    unit: SceneUnit | None = None,
+    provenance: Mapping[str, Any] | None = None,
+    progress: Progress = no_progress,
+) -> Registration:
+    """Register ``organ`` (RAS mm) onto ``splat`` (raw scene units).
+
+    ``box``: crop of the splat; ``unit``: millimetres per scene unit if known; ``provenance``: facts of the inputs that
+    go into the asset. Same seed, same result. InputError tells what is wrong with the input; nothing is written.
+    """
+    options, camera = options or RegisterOptions(), camera or Camera()
+    positions, landmark_notices = checked_landmarks(landmarks, organ)
+    scene = select_scene(splat, box, options, progress)
+    run = run_default if options.method == "organphys" else run_paper
+    # The matrices are small and the stages bring their own two threads: BLAS threads beside them cost tenfold time.
+    with threadpool_limits(1, user_api="blas"):
+        found = run(organ, scene, positions, camera, unit, options, progress)
+    exact = unit.mm_per_unit if unit is not None and unit.percent == 0 else None
+    registered = _registered_organ(organ, found.elastic, exact, dict(provenance or {}))
+    similarities = {"before": _before(organ, scene, found), **found.similarities, "elastic": registered.T_scene_ct}
+    metrics = _metrics(organ, registered, found, similarities, scene)
+    state = _surface_state(organ, registered, scene)
+    notices = result_notices(
+        state, camera.position, name=organ.name, volume_ml=organ.volume_ml, mm_per_unit=registered.mm_per_unit
+    )
+    return Registration(
+        organ=registered,
+        options=options,
+        similarities=similarities,
+        coarse_view=found.coarse_view,
+        steps=found.elastic.steps,
+        metrics=metrics,
+        stops=found.stops,
+        seconds=found.seconds,
+        notices=(*organ.notices, *splat.notices, *landmark_notices, *scene.notices, *found.notices, *notices),
+        target=scene.target,
+        splat_points=splat.centres[scene.picture],
+        splat_colours=splat.colours[scene.picture],
+        camera=camera,
+        unit=unit,
+        facts={
+            "organ": f"{organ.name}, {organ.volume_ml:.1f} ml",
+            "splat": f"{len(splat)} Gaussians, {len(scene.centres)} opaque ones used",
+            "landmarks": str(len(positions)),
+        },
+    )
+
+
+def peak_memory_mb() -> float:
+    """Largest resident memory of this process so far, MB."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (2**20 if sys.platform == "darwin" else 2**10)
+
+
+def _before(organ: Organ, scene: Scene, found: MethodResult) -> Similarity:
+    """The CT as it lies in its own axes, put on the splat's centroid at the coarse scale: the picture "before"."""
+    scale = found.similarities["coarse"].scale
+    return Similarity(scale, np.eye(3), scene.target.mean(0) - scale * organ.vertices.mean(0))
+
+
+def _registered_organ(
+    organ: Organ, elastic: ElasticResult, mm_per_unit: float | None, provenance: dict[str, Any]
+) -> RegisteredOrgan:
+    quadrature = elastic.normalisation.undo(elastic.quadrature_points)
+    tissue = tissue_for(organ.name)
+    return RegisteredOrgan(
+        T_scene_ct=elastic.T_scene_ct,
+        normalisation=elastic.normalisation,
+        basis=elastic.basis,
+        z=elastic.z,
+        vertices=organ.vertices,
+        faces=organ.faces,
+        volume_points=organ.volume_points[random_subset(len(organ.volume_points), VOLUME_POINTS, 0)],
+        quadrature_points=quadrature,
+        quadrature_weights=np.full(len(quadrature), 1 / len(quadrature)),
+        volume_ml=organ.volume_ml,
+        name=organ.name,
+        tissue=vars(tissue),
+        mm_per_scene_unit=mm_per_unit,
+        provenance=provenance,
+    )
+
+
+def _metrics(
+    organ: Organ,
+    registered: RegisteredOrgan,
+    found: MethodResult,
+    similarities: Mapping[str, Similarity],
+    scene: Scene,
+) -> Metrics:
+    """Distances of every stage, and volume and strain of the deformation."""
+    boundary = organ.boundary_points[random_subset(int(organ.boundary.sum()), METRIC_POINTS, 0)]
+    box = float(np.abs(boundary - boundary.mean(0)).max())
+    tree, metrics = cKDTree(scene.target), Metrics()
+    for stage in ("coarse", "rigid", "elastic"):
+        mapped = registered.map_points(boundary) if stage == "elastic" else similarities[stage].apply(boundary)
+        scale = similarities[stage].scale
+        mm_per_unit = registered.mm_per_scene_unit or 1 / scale
+        distances = surface_distances(mapped, scene.target, mm_per_unit=mm_per_unit, box_mm=box, target_tree=tree)
+        metrics[stage] = distances.as_metrics()
+        metrics[stage]["scale"] = {"value": scale, "unit": "scene units per mm"}
+    gradients = registered.deformation_gradient(registered.quadrature_points)
+    stretches = strain_percentiles(gradients, (5, 95))
+    metrics["elastic"] |= {
+        "volume_drift": {"value": volume_drift_percent(gradients), "unit": "%"},
+        "min_det_F": {"value": float(np.linalg.det(gradients).min()), "unit": "1"},
+        "largest_stretch_p95": {"value": float(stretches["largest_stretch"][1]), "unit": "1"},
+        "smallest_stretch_p5": {"value": float(stretches["smallest_stretch"][0]), "unit": "1"},
+    }
+    return metrics
+
+
+def _surface_state(organ: Organ, registered: RegisteredOrgan, scene: Scene) -> SurfaceState:
+    chosen = random_subset(len(organ.vertices), METRIC_POINTS, 0)
+    vertices = organ.vertices[chosen]
+    points = registered.map_points(vertices)
+    displacement = registered.T_scene_ct.inverse().apply(points) - vertices
+    return SurfaceState(
+        points=points,
+        normals=registered.T_scene_ct.turn(organ.vertex_normals[chosen]),
+        displacement_mm=np.linalg.norm(displacement, axis=1),
+        distance_mm=cKDTree(scene.target).query(points)[0] * registered.mm_per_unit,
+        radius_mm=float(np.sqrt(((vertices - vertices.mean(0)) ** 2).sum(1).mean())),
+        det_f=np.linalg.det(registered.deformation_gradient(registered.quadrature_points)),
+    )

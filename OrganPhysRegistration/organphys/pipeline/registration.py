@@ -1,0 +1,85 @@
+"""What one registration run is asked for and what comes out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..align.records import CoarseView
+from ..asset.registered_organ import RegisteredOrgan
+from ..elastic.records import ElasticResult, ElasticStep
+from ..ground.checks import Array, InputError, one_of
+from ..ground.frames import Similarity
+from ..ground.notices import Notice
+from ..ground.solve_report import SolveReport
+from ..points.point_sets import Camera, SceneUnit
+
+METHODS = ("organphys", "paper")
+STIFFNESS = ("conservative", "moderate", "aggressive")
+
+
+@dataclass(frozen=True)
+class RegisterOptions:
+    """Method and its settings. ``opacity``: threshold of the splat; ``weights``: skinning weights of the paper method;
+    ``clean``: remove outliers and small clusters from the splat first."""
+
+    method: str = "organphys"
+    stiffness: str = "moderate"
+    seed: int = 0
+    opacity: float = 0.1
+    weights: str = "rkpm"
+    clean: bool = False
+
+    def __post_init__(self) -> None:
+        one_of(self.method, "method", METHODS)
+        one_of(self.stiffness, "stiffness", STIFFNESS)
+        one_of(self.weights, "skinning weights", ("rkpm", "learned"))
+        if not 0 <= self.seed < 2**63:
+            raise InputError(f"seed: expected a whole number of at least 0, got {self.seed}")
+
+
+@dataclass(frozen=True)
+class MethodResult:
+    """One method's outcome: T_scene_ct after "coarse" and "rigid", the elastic result, and how each stage went."""
+
+    similarities: Mapping[str, Similarity]
+    coarse_view: CoarseView
+    elastic: ElasticResult
+    stops: Mapping[str, SolveReport]
+    seconds: Mapping[str, float]
+    notices: tuple[Notice, ...] = ()
+
+
+@dataclass(frozen=True)
+class Registration:
+    """The registered organ and everything the report tells about the run.
+
+    similarities: T_scene_ct per stage ("before", "coarse", "rigid", "elastic"); metrics: {stage: {name: {value,
+    unit}}}; target (M, 3): the splat points used, scene units; splat_points (K, 3), splat_colours (K, 3): a sample of
+    the opaque splat for pictures; surface_distance_mm, displacement_mm, det_f: per vertex of the organ surface.
+    """
+
+    organ: RegisteredOrgan
+    options: RegisterOptions
+    similarities: Mapping[str, Similarity]
+    coarse_view: CoarseView
+    steps: tuple[ElasticStep, ...]
+    metrics: Mapping[str, Mapping[str, Mapping[str, float | str]]]
+    stops: Mapping[str, SolveReport]
+    seconds: Mapping[str, float]
+    notices: tuple[Notice, ...]
+    target: Array
+    splat_points: NDArray[np.floating]
+    splat_colours: NDArray[np.floating]
+    camera: Camera
+    unit: SceneUnit | None = None
+    facts: Mapping[str, str] = field(default_factory=dict)
+
+    def stage_points(self, stage: str) -> Array:
+        """Organ surface vertices (Nv, 3) in the scene after a stage."""
+        if stage == "elastic":
+            return self.organ.map_points(self.organ.vertices)
+        return self.similarities[stage].apply(self.organ.vertices)

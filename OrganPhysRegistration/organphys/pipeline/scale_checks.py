@@ -1,0 +1,40 @@
+"""The splat's unit: as a prior of the registration, and against what the registration itself finds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..elastic.joint_scale import ScalePrior
+from ..ground.frames import Similarity
+from ..ground.notices import Notice
+from ..points.point_sets import SceneUnit
+from ..points.surface_samples import SurfaceSamples
+
+DISAGREES = 1.25  # ratio of scales that the free start search cannot miss by chance (its own error is some 10 %)
+
+
+def unit_scale(unit: SceneUnit | None, samples: SurfaceSamples) -> float | None:
+    """Scene units per normalised length that the stated unit implies."""
+    return None if unit is None else samples.normalisation.length / unit.mm_per_unit
+
+
+def scale_prior(start: Similarity, expected: float | None, unit: SceneUnit | None) -> ScalePrior:
+    """Prior of the joint scale for a starting pose T_camera_normalised."""
+    if unit is None or expected is None:
+        return ScalePrior()
+    return ScalePrior.of(start.scale / expected, unit.percent)
+
+
+def unit_notices(free_scale: float, samples: SurfaceSamples, unit: SceneUnit | None) -> tuple[Notice, ...]:
+    """Whether the scale found without the unit contradicts the stated one."""
+    expected = unit_scale(unit, samples)
+    if unit is None or expected is None or abs(np.log(free_scale / expected)) < np.log(DISAGREES):
+        return ()
+    found = samples.normalisation.length / free_scale
+    return (
+        Notice(
+            "scale_disagrees",
+            f"The stated unit, {unit.mm_per_unit:g} mm per scene unit, disagrees with the organ's size in the splat: "
+            f"the fit without it finds {found:.3g} mm per unit. Check the unit of the splat and the CT's spacing.",
+        ),
+    )
