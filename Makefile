@@ -1,0 +1,48 @@
+# make demo   a sample case with known truth, registered; nothing else has to be installed first
+# make test   the test suite (installs pytest and torch as well)
+# make lint   ruff and mypy
+# make clean  remove the environment and what the demo wrote
+#
+# Needs Python >= 3.10 and the network on the first call. Another interpreter: make demo PYTHON=/path/to/python3
+
+VENV ?= .venv
+BIN := $(VENV)/bin
+DEMO ?= organphys-demo
+IS_NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 10))
+
+# The first of these that runs and is new enough; left empty when there is none.
+PYTHON ?= $(shell for p in python3 python3.12 python3.13 python3.11 python3.10 python; do \
+	$$p -c '$(IS_NEW_ENOUGH)' >/dev/null 2>&1 && echo $$p && break; done)
+
+.PHONY: demo test lint setup setup-test clean
+
+demo: setup
+	$(BIN)/organphys demo --out $(DEMO)
+
+test: setup-test
+	$(BIN)/python -m pytest
+
+lint: setup-test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+setup: $(VENV)/.installed
+setup-test: $(VENV)/.installed-test
+
+$(VENV)/.created:
+	@test -n "$(PYTHON)" || { echo "make: no Python >= 3.10 found: install one or give it, make PYTHON=/path/to/python3" >&2; exit 1; }
+	@"$(PYTHON)" -c '$(IS_NEW_ENOUGH)' || { echo "make: $(PYTHON) is not a Python >= 3.10: give another, make PYTHON=/path/to/python3" >&2; exit 1; }
+	"$(PYTHON)" -m venv $(VENV) || { rm -rf $(VENV); echo "make: no venv module: on Debian or Ubuntu, apt install python3-venv" >&2; exit 1; }
+	@touch $@
+
+$(VENV)/.installed: $(VENV)/.created pyproject.toml constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@touch $@
+
+$(VENV)/.installed-test: $(VENV)/.created pyproject.toml constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[test]"
+	@touch $@ $(VENV)/.installed
+
+clean:
+	rm -rf $(VENV) $(DEMO)

@@ -1,0 +1,64 @@
+"""Points to map: a .npy array (N, 3), or a .csv with x,y,z."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from ..ground.checks import Array, InputError, as_points
+
+
+def read_points(path: str | Path) -> Array:
+    """Points (N, 3) float64; InputError for another shape, for text that is not numbers, for pickled arrays."""
+    file = Path(path)
+    if not file.is_file():
+        raise InputError(f"{file}: no such file; give points as .npy or .csv")
+    if file.suffix.lower() == ".npy":
+        return as_points(_read_npy(file), str(file))
+    if file.suffix.lower() == ".csv":
+        return as_points(_read_csv(file), str(file))
+    raise InputError(f"{file}: unknown kind of point file; give .npy (N, 3) or .csv with x,y,z")
+
+
+def _read_npy(path: Path) -> np.ndarray:
+    try:
+        return np.load(path, allow_pickle=False, mmap_mode="r")  # mapped: a wrong header cannot ask for memory
+    except (ValueError, EOFError) as error:
+        raise InputError(f"{path}: not a plain .npy array of numbers; write it with numpy.save") from error
+
+
+def _read_csv(path: Path) -> list[list[float]]:
+    """Rows of numbers; a first row of words names the columns, and x, y, z are found among them."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not a text file; give x,y,z separated by commas") from error
+    rows = [row for row in csv.reader(text.splitlines()) if any(cell.strip() for cell in row)]
+    if not rows:
+        raise InputError(f"{path}: no points in the file; give one x,y,z per line")
+    columns, first = [0, 1, 2], 0
+    if not _is_number(rows[0][0]):
+        names, first = [cell.strip().lower() for cell in rows[0]], 1
+        if not {"x", "y", "z"} <= set(names):
+            raise InputError(f"{path}: the header names no x, y and z, got {', '.join(names)}")
+        columns = [names.index(axis) for axis in "xyz"]
+    elif len(rows[0]) != 3:
+        raise InputError(f"{path}: expected three columns x,y,z, got {len(rows[0])}")
+    return [_numbers(row, columns, path, number) for number, row in enumerate(rows[first:], first + 1)]
+
+
+def _numbers(row: list[str], columns: list[int], path: Path, number: int) -> list[float]:
+    try:
+        return [float(row[column]) for column in columns]
+    except (ValueError, IndexError) as error:
+        raise InputError(f"{path}: row {number} is not three numbers x,y,z") from error
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
