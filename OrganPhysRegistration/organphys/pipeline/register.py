@@ -5,6 +5,7 @@ from __future__ import annotations
 import resource
 import sys
 from collections.abc import Mapping
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from threadpoolctl import threadpool_limits
 from ..align.metrics import strain_percentiles, surface_distances, volume_drift_percent
 from ..asset.registered_organ import VOLUME_POINTS, RegisteredOrgan
 from ..elastic.records import ElasticResult
+from ..ground.checks import Array
 from ..ground.frames import Similarity
 from ..ground.progress import Progress, no_progress
 from ..mechanics.tissue import tissue_for
@@ -47,6 +49,7 @@ def register(
     ``box``: crop of the splat; ``unit``: millimetres per scene unit if known; ``provenance``: facts of the inputs that
     go into the asset. Same seed, same result. InputError tells what is wrong with the input; nothing is written.
     """
+    began = perf_counter()
     options, camera = options or RegisterOptions(), camera or Camera()
     positions, landmark_notices = checked_landmarks(landmarks, organ)
     scene = select_scene(splat, box, options, progress)
@@ -81,7 +84,9 @@ def register(
             "organ": f"{organ.name}, {organ.volume_ml:.1f} ml",
             "splat": f"{len(splat)} Gaussians, {len(scene.centres)} opaque ones used",
             "landmarks": str(len(positions)),
+            "unit": "not stated" if unit is None else f"{unit.mm_per_unit:g} mm per scene unit, +- {unit.percent:g} %",
         },
+        began=began,
     )
 
 
@@ -132,13 +137,13 @@ def _metrics(
     box = float(np.abs(boundary - boundary.mean(0)).max())
     tree, metrics = cKDTree(scene.target), Metrics()
     for stage in ("coarse", "rigid", "elastic"):
-        mapped = registered.map_points(boundary) if stage == "elastic" else similarities[stage].apply(boundary)
+        mapped = found.elastic.map_points(boundary) if stage == "elastic" else similarities[stage].apply(boundary)
         scale = similarities[stage].scale
         mm_per_unit = registered.mm_per_scene_unit or 1 / scale
         distances = surface_distances(mapped, scene.target, mm_per_unit=mm_per_unit, box_mm=box, target_tree=tree)
         metrics[stage] = distances.as_metrics()
         metrics[stage]["scale"] = {"value": scale, "unit": "scene units per mm"}
-    gradients = registered.deformation_gradient(registered.quadrature_points)
+    gradients = _gradients(registered)
     stretches = strain_percentiles(gradients, (5, 95))
     metrics["elastic"] |= {
         "volume_drift": {"value": volume_drift_percent(gradients), "unit": "%"},
@@ -149,16 +154,19 @@ def _metrics(
     return metrics
 
 
+def _gradients(registered: RegisteredOrgan) -> Array:
+    """Deformation gradients (Q, 3, 3) at the quadrature points, which lie inside."""
+    return registered.deformation.inside(registered.quadrature_points)[1] + np.eye(3)
+
+
 def _surface_state(organ: Organ, registered: RegisteredOrgan, scene: Scene) -> SurfaceState:
     chosen = random_subset(len(organ.vertices), METRIC_POINTS, 0)
-    vertices = organ.vertices[chosen]
-    points = registered.map_points(vertices)
-    displacement = registered.T_scene_ct.inverse().apply(points) - vertices
+    points = registered.scene_vertices[chosen]
     return SurfaceState(
         points=points,
         normals=registered.T_scene_ct.turn(organ.vertex_normals[chosen]),
-        displacement_mm=np.linalg.norm(displacement, axis=1),
+        displacement_mm=np.linalg.norm(registered.surface_displacement_mm[chosen], axis=1),
         distance_mm=cKDTree(scene.target).query(points)[0] * registered.mm_per_unit,
-        radius_mm=float(np.sqrt(((vertices - vertices.mean(0)) ** 2).sum(1).mean())),
-        det_f=np.linalg.det(registered.deformation_gradient(registered.quadrature_points)),
+        radius_mm=float(np.sqrt(((organ.vertices - organ.vertices.mean(0)) ** 2).sum(1).mean())),
+        det_f=np.linalg.det(_gradients(registered)),
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +60,7 @@ class Registration:
 
     similarities: T_scene_ct per stage ("before", "coarse", "rigid", "elastic"); metrics: {stage: {name: {value,
     unit}}}; target (M, 3): the splat points used, scene units; splat_points (K, 3), splat_colours (K, 3): a sample of
-    the opaque splat for pictures; surface_distance_mm, displacement_mm, det_f: per vertex of the organ surface.
+    the opaque splat for pictures; facts: label and text for the report; began: perf_counter() when the run started.
     """
 
     organ: RegisteredOrgan
@@ -77,9 +78,10 @@ class Registration:
     camera: Camera
     unit: SceneUnit | None = None
     facts: Mapping[str, str] = field(default_factory=dict)
+    began: float = field(default_factory=perf_counter)
 
     def stage_points(self, stage: str) -> Array:
         """Organ surface vertices (Nv, 3) in the scene after a stage."""
         if stage == "elastic":
-            return self.organ.map_points(self.organ.vertices)
+            return self.organ.scene_vertices
         return self.similarities[stage].apply(self.organ.vertices)

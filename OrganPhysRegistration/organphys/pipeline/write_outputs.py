@@ -1,0 +1,125 @@
+"""The files of one registration: asset, JSON, surface and report."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..asset.asset_file import save_asset
+from ..exports.registration_json import write_registration_json
+from ..exports.report import write_report
+from ..exports.report_content import PictureStrip, ReportContent, ReportTable, StagePicture
+from ..exports.surface_vtp import write_surface_vtp
+from ..ground.checks import Array
+from .register import peak_memory_mb
+from .registration import Registration
+
+ASSET, JSON, SURFACE, REPORT = "organ.organphys", "registration.json", "surface.vtp", "report.html"
+STAGES = ("before", "coarse", "rigid", "elastic")
+
+
+def write_outputs(
+    registration: Registration,
+    folder: str | os.PathLike[str],
+    *,
+    extra_tables: tuple[ReportTable, ...] = (),
+    extra_strips: tuple[PictureStrip, ...] = (),
+) -> None:
+    """Write the four files into an existing folder, each atomically; the JSON last, with the time of the others."""
+    start, folder = perf_counter(), Path(folder)
+    save_asset(registration.organ, folder / ASSET)
+    distance = vertex_distance_mm(registration, "elastic")
+    write_surface_vtp(folder / SURFACE, registration.organ, distance)
+    write_report(folder / REPORT, report_content(registration, distance, extra_tables, extra_strips))
+    end = perf_counter()
+    read = registration.seconds.get("read", 0.0)
+    seconds = {**registration.seconds, "report": end - start, "total": read + end - registration.began}
+    write_registration_json(
+        folder / JSON,
+        method=registration.options.method,
+        scale_scene_per_mm=registration.organ.T_scene_ct.scale,
+        seconds=seconds,
+        peak_memory_mb=peak_memory_mb(),
+        metrics=registration.metrics,
+        stops=registration.stops,
+        warnings=registration.notices,
+        extra={"similarities": {name: T.matrix.tolist() for name, T in registration.similarities.items()}},
+    )
+
+
+def vertex_distance_mm(registration: Registration, stage: str) -> Array:
+    """Distance (Nv,) of every surface vertex after ``stage`` to the nearest splat target point, mm."""
+    distance: Array = cKDTree(registration.target).query(registration.stage_points(stage))[0]
+    return distance * registration.organ.mm_per_unit
+
+
+def report_content(
+    registration: Registration,
+    distance: Array,
+    extra_tables: tuple[ReportTable, ...] = (),
+    extra_strips: tuple[PictureStrip, ...] = (),
+) -> ReportContent:
+    """What the report shows of a registration; ``distance``: of the final surface, see ``vertex_distance_mm``."""
+    organ = registration.organ
+    to_ct = cKDTree(organ.scene_vertices).query(registration.target)[0] * organ.mm_per_unit
+    return ReportContent(
+        title=f"{organ.name} registered to the splat",
+        faces=organ.faces,
+        vertices_ct=organ.vertices,
+        stages=[
+            StagePicture(name, registration.stage_points(name), distance if name == "elastic" else None)
+            for name in STAGES
+        ],
+        splat_centres=registration.splat_points,
+        splat_colours=registration.splat_colours,
+        mm_per_unit=organ.mm_per_unit,
+        camera=registration.camera,
+        method=registration.options.method,
+        verdict=_verdict(registration),
+        notices=registration.notices,
+        highlights=_highlights(registration),
+        inputs=list(registration.facts.items()),
+        metrics=registration.metrics,
+        seconds=registration.seconds,
+        stops=registration.stops,
+        coarse=registration.coarse_view,
+        steps=registration.steps,
+        splat_to_ct_mm=to_ct,
+        ct_visible_to_splat_mm=distance[_seen(registration, distance)],
+        provenance=organ.provenance,
+        extra_tables=extra_tables,
+        extra_strips=extra_strips,
+    )
+
+
+def _seen(registration: Registration, distance: Array) -> Array:
+    """(Nv,) bool: vertices that face the camera near the splat."""
+    organ = registration.organ
+    corners = organ.scene_vertices[organ.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    facing = np.einsum("ij,ij->i", normal, registration.camera.position - corners[:, 0]) > 0
+    seen = np.zeros(len(distance), dtype=bool)
+    seen[organ.faces[facing].ravel()] = True
+    return seen & (distance < 0.1 * organ.normalisation.length)
+
+
+def _verdict(registration: Registration) -> str:
+    count = len(registration.notices)
+    if not count:
+        return "No warning. A small distance alone proves nothing: check the overlay from all three sides."
+    return f"{count} warning{'s' if count > 1 else ''}: read before using the result."
+
+
+def _highlights(registration: Registration) -> list[tuple[str, str]]:
+    elastic = registration.metrics["elastic"]
+    number = {name: float(entry["value"]) for name, entry in elastic.items()}
+    return [
+        ("splat to organ, nearest 70 %", f"{number['trim30_splat_to_ct']:.2f} mm"),
+        ("scale", f"{registration.organ.mm_per_unit:.4g} mm per scene unit"),
+        ("volume drift", f"{number['volume_drift']:+.2f} %"),
+        ("smallest det F", f"{number['min_det_F']:.2f}"),
+    ]
