@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from ..exports.picture_sheet import write_picture_sheet
+from ..exports.report_content import ReportTable
 from .command_line import build_parser
 from .commands_register import register_files
 from .demo_pictures import stage_pictures
@@ -26,30 +27,36 @@ def run(arguments: argparse.Namespace) -> None:
         case = write_sample_case(stage / "case", seed=arguments.seed, size=arguments.size)
         options = build_parser().parse_args(["register", *_options(case), "--out", str(stage)])
         registration = register_files(options, progress)
-        write_outputs(registration, stage)
-        write_picture_sheet(stage / "stages.png", stage_pictures(registration))
         table = error_table(registration, case.truth)
+        write_outputs(registration, stage, extra_tables=(table,))
+        write_picture_sheet(stage / "stages.png", stage_pictures(registration))
     if not arguments.quiet:
-        print(table)
+        print(_as_text(table))
         print(f"report:   {folder / 'report.html'}\npictures: {folder / 'stages.png'}")
         shown = _options(SampleCase(folder / "case", case.organ, case.mm_per_unit))
         print(f"the same by hand: organphys register {' '.join(shown)} --out DIR")
 
 
-def error_table(registration: Registration, truth_path: Path) -> str:
+def error_table(registration: Registration, truth_path: Path) -> ReportTable:
     """Mean target registration error in mm after each stage, beside what the best possible similarity leaves."""
     truth = read_truth(truth_path)
-    rows = {
-        "coarse": mean_by_region(truth, registration.similarities["coarse"].apply(truth.points_ct)),
-        "rigid": mean_by_region(truth, registration.similarities["rigid"].apply(truth.points_ct)),
-        "elastic": mean_by_region(truth, registration.organ.map_points(truth.points_ct)),
-        "best similarity*": oracle_by_region(truth),
-    }
+    mapped = {stage: registration.similarities[stage].apply(truth.points_ct) for stage in ("coarse", "rigid")}
+    mapped["elastic"] = registration.organ.map_points(truth.points_ct)
+    rows = {stage: mean_by_region(truth, points) for stage, points in mapped.items()}
+    rows["best similarity*"] = oracle_by_region(truth)
     names = ("all", *REGIONS)
-    lines = ["target registration error, mean in mm:", " " * 18 + "".join(f"{name:>10s}" for name in names)]
-    for stage, means in rows.items():
-        lines.append(f"{stage:18s}" + "".join(f"{means.get(name, float('nan')):10.2f}" for name in names))
-    return "\n".join([*lines, "* fitted to the truth: no rigid registration can do better on average"])
+    return ReportTable(
+        title="Target registration error against the known truth, mean in mm",
+        columns=("stage", *names),
+        rows=[(stage, *(means.get(name, float("nan")) for name in names)) for stage, means in rows.items()],
+        note="* fitted to the truth: no registration that is only rigid and scaled does better on average",
+    )
+
+
+def _as_text(table: ReportTable) -> str:
+    lines = [f"{table.title}:", f"{table.columns[0]:18s}" + "".join(f"{name:>10s}" for name in table.columns[1:])]
+    lines += [f"{name:18s}" + "".join(f"{value:10.2f}" for value in values) for name, *values in table.rows]
+    return "\n".join([*lines, table.note])
 
 
 def _options(case: SampleCase) -> list[str]:
