@@ -5,26 +5,23 @@ Works in the camera frame (camera at the origin, z forward), raw scene units.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..ground.checks import Array, InputError
 from ..points.sampling import cell_keys, random_subset
+from ..points.target_selection import CleaningOptions, clean_points
 
 
 @dataclass(frozen=True)
 class SplatSurfaceOptions:
-    """Counts of points, neighbour numbers, and factors relative to the median neighbour distance."""
+    """Counts of points and neighbours."""
 
     centres: int = 20000
-    outlier_factor: float = 2.5
-    link_factor: float = 1.8
-    smallest_part: float = 0.01
+    cleaning: CleaningOptions = field(default_factory=CleaningOptions)
     normal_neighbours: int = 25
     samples: int = 2500
 
@@ -53,9 +50,9 @@ class SplatSurface:
 def splat_surface(centres: Array, *, options: SplatSurfaceOptions | None = None, seed: int = 0) -> SplatSurface:
     """Clean, orient and thin opaque Gaussian centres (N, 3), camera frame. InputError if hardly any are left."""
     options = options or SplatSurfaceOptions()
-    points, spacing = remove_outliers(
-        centres[random_subset(len(centres), options.centres, seed)].astype(np.float64), options
-    )
+    points = centres[random_subset(len(centres), options.centres, seed)].astype(np.float64)
+    cleaning = clean_points(points, options=options.cleaning)
+    points = points[cleaning.keep]
     if len(points) < 4 * options.normal_neighbours:
         raise InputError(
             f"splat: only {len(points)} opaque Gaussians form a surface; "
@@ -64,32 +61,7 @@ def splat_surface(centres: Array, *, options: SplatSurfaceOptions | None = None,
     normals = towards_camera(points, plane_normals(points, options.normal_neighbours))
     samples, sample_normals = cell_averages(points, normals, options.samples)
     radius = float(np.sqrt(((points - points.mean(0)) ** 2).sum(1).mean()))
-    return SplatSurface(points, normals, samples, sample_normals, spacing, radius)
-
-
-def remove_outliers(points: Array, options: SplatSurfaceOptions) -> tuple[Array, float]:
-    """Centres whose neighbourhood is dense and whose connected part is not tiny, and the median neighbour distance.
-
-    Several parts may stay: a tool strip cuts the visible organ into pieces, so "largest part" would lose surface.
-    """
-    for _ in range(2):
-        distance = _neighbour_distance(points)
-        points = points[distance < options.outlier_factor * np.median(distance)]
-    spacing = float(np.median(_neighbour_distance(points))) if len(points) else 0.0
-    if spacing == 0:
-        return points, spacing
-    pairs = cKDTree(points).query_pairs(options.link_factor * spacing, output_type="ndarray")
-    graph = coo_matrix((np.ones(len(pairs), dtype=np.int8), pairs.T), shape=(len(points),) * 2)
-    part = connected_components(graph, directed=False)[1]
-    size = np.bincount(part)
-    return points[size[part] >= options.smallest_part * len(points)], spacing
-
-
-def _neighbour_distance(points: Array, neighbours: int = 12) -> Array:
-    count = min(neighbours + 1, len(points))
-    if count < 2:
-        return np.zeros(len(points))
-    return cKDTree(points).query(points, k=count, workers=-1)[0][:, 1:].mean(1)
+    return SplatSurface(points, normals, samples, sample_normals, cleaning.spacing, radius)
 
 
 def plane_normals(points: Array, neighbours: int) -> Array:

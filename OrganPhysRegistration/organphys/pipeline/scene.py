@@ -12,7 +12,7 @@ from ..ground.notices import Notice
 from ..ground.progress import Progress
 from ..points.point_sets import Box, GaussianCloud
 from ..points.sampling import random_subset
-from ..points.target_selection import clean_points, select_target
+from ..points.target_selection import select_clean_target, select_target
 from .registration import RegisterOptions
 
 TARGET_POINTS = 5000
@@ -33,21 +33,14 @@ class Scene:
 
 def select_scene(splat: GaussianCloud, box: Box | None, options: RegisterOptions, progress: Progress) -> Scene:
     """Split the splat; InputError where nothing is left."""
-    chosen = select_target(splat, opacity=options.opacity, box=box)
-    opaque = splat.valid & (splat.opacities > options.opacity)
-    notices = []
-    centres = splat.centres[chosen].astype(np.float64)
+    inside = select_target(splat, opacity=options.opacity, box=box)
+    opaque = select_target(splat, opacity=options.opacity)
+    chosen, notices = inside, list[Notice]()
     if options.clean:
-        cleaning = clean_points(centres, progress=progress)
-        centres = centres[cleaning.keep]
-        notices.append(
-            Notice(
-                "splat_cleaned",
-                f"Cleaning removed {cleaning.outliers} outliers and {cleaning.in_small_clusters} Gaussians in small "
-                f"clusters of {len(cleaning.keep)}.",
-            )
-        )
-    others = splat.centres[opaque & ~chosen].astype(np.float64)
+        chosen, cleaning = select_clean_target(splat, opacity=options.opacity, box=box, progress=progress)
+        notices.append(cleaning.notice)
+    centres = splat.centres[chosen].astype(np.float64)
+    others = splat.centres[opaque & ~inside].astype(np.float64)
     shown = np.flatnonzero(opaque)
     return Scene(
         centres=centres,

@@ -7,6 +7,7 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..asset.asset_file import save_asset
@@ -74,8 +75,8 @@ def report_content(
             StagePicture(name, registration.stage_points(name), distance if name == "elastic" else None)
             for name in STAGES
         ],
-        splat_centres=registration.splat_points,
-        splat_colours=registration.splat_colours,
+        splat_centres=registration.splat_points.astype(np.float64),
+        splat_colours=registration.splat_colours.astype(np.float64),
         mm_per_unit=organ.mm_per_unit,
         camera=registration.camera,
         method=registration.options.method,
@@ -96,7 +97,7 @@ def report_content(
     )
 
 
-def _seen(registration: Registration, distance: Array) -> Array:
+def _seen(registration: Registration, distance: Array) -> NDArray[np.bool_]:
     """(Nv,) bool: vertices that face the camera near the splat."""
     organ = registration.organ
     corners = organ.scene_vertices[organ.faces]

@@ -30,11 +30,13 @@ class CleaningOptions:
 
 @dataclass(frozen=True)
 class Cleaning:
-    """What a cleaning left: ``keep`` (N,) bool over the points given, and how many each step removed."""
+    """What a cleaning left: ``keep`` (N,) bool over the points given, how many each step removed, and ``spacing``, the
+    median neighbour distance of what the outlier step left (unit of the points)."""
 
     keep: NDArray[np.bool_]
     outliers: int
     in_small_clusters: int
+    spacing: float = 0.0
 
     @property
     def notice(self) -> Notice:
@@ -103,18 +105,18 @@ def clean_points(
     outliers = len(points) - int(keep.sum())
     progress("clean splat", options.rounds / (options.rounds + 2))
     rows = np.flatnonzero(keep)
-    reach = options.link * float(np.median(_mean_distance(points[rows], options.neighbours)))
-    cluster = _clusters(points[rows], reach)
+    median = float(np.median(_mean_distance(points[rows], options.neighbours)))
+    cluster = _clusters(points[rows], options.link * median)
     small = np.bincount(cluster)[cluster] < options.smallest * len(rows)
     keep[rows[small]] = False
     progress("clean splat", 1.0)
-    return Cleaning(keep, outliers, int(small.sum()))
+    return Cleaning(keep, outliers, int(small.sum()), median)
 
 
 def _mean_distance(points: Array, neighbours: int) -> Array:
     """Mean distance (N,) of each point to its nearest neighbours, itself left out."""
     count = min(neighbours, len(points) - 1)
-    distance: Array = cKDTree(points).query(points, k=count + 1)[0][:, 1:].mean(axis=1)
+    distance: Array = cKDTree(points).query(points, k=count + 1, workers=-1)[0][:, 1:].mean(axis=1)
     return distance
 
 
