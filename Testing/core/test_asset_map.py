@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from asset_examples import AXES_MM, CENTRE_MM, bent_organ, ellipsoid, inside_points
 from organphys.asset.fill_outwards import fill_outwards
+from organphys.asset.grid_distance import grid_distance
 from organphys.asset.grid_spline import GridSpline
 from organphys.asset.registered_organ import RegisteredOrgan
 from organphys.asset.surface_distance import SurfaceDistance
@@ -120,3 +121,13 @@ def test_filling_keeps_known_values_and_stays_within_their_range() -> None:
     filled = fill_outwards(values, known)
     assert np.array_equal(filled[known], values[known])
     assert filled.min() >= values[known].min() - 1e-12 and filled.max() <= values[known].max() + 1e-12
+
+
+def test_grid_distance_agrees_with_the_surface() -> None:
+    surface = SurfaceDistance(*ellipsoid())
+    low, high = CENTRE_MM - AXES_MM - 30, CENTRE_MM + AXES_MM + 30
+    axes = [np.arange(low[k], high[k], 4.0) for k in range(3)]
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    exact = surface.signed(nodes.reshape(-1, 3)).reshape(nodes.shape[:3])
+    error = grid_distance(nodes, surface, 4.0) - exact
+    assert np.abs(error).max() < 0.8 and not error[np.abs(exact) < 6].any()

@@ -66,18 +66,30 @@ class SurfaceDistance:
 
     def signed(self, points: Array) -> Array:
         """Signed distance (N,) of the points (N, 3)."""
-        return self.signed_with_vertex(points)[0]
+        return self.signed_with_foot(points)[0]
 
-    def signed_with_vertex(self, points: Array) -> tuple[Array, NDArray[np.int64]]:
-        """Signed distance (N,) and the index (N,) of the nearest vertex."""
+    def signed_with_foot(self, points: Array) -> tuple[Array, Array]:
+        """Signed distance (N,) and the closest surface point (N, 3)."""
         nearest = self._tree.query(points)[1]
-        distance = np.empty(len(points))
+        distance, foot = np.empty(len(points)), np.empty((len(points), 3))
         for start in range(0, len(points), CHUNK):
             part = slice(start, start + CHUNK)
-            distance[part] = self._one_ring(points[part], nearest[part])
-        return distance, nearest
+            distance[part], foot[part] = self._one_ring(points[part], nearest[part])
+        return distance, foot
 
-    def _one_ring(self, points: Array, nearest: NDArray[np.int64]) -> Array:
+    def samples(self, spacing: float) -> Array:
+        """Surface points (N, 3), the vertices among them, about ``spacing`` apart or closer; at most 8 per edge."""
+        corners = self.vertices[self.faces]
+        longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(1)
+        parts = np.clip(np.ceil(longest / spacing), 1, 8).astype(np.int64)
+        points = [self.vertices]
+        for count in np.unique(parts[parts > 1]):
+            i, j = (k.ravel() for k in np.mgrid[: count + 1, : count + 1])
+            weights = np.stack([count - i - j, i, j], axis=1)[i + j <= count] / count
+            points.append(np.einsum("kj,njd->nkd", weights, corners[parts == count]).reshape(-1, 3))
+        return np.concatenate(points)
+
+    def _one_ring(self, points: Array, nearest: NDArray[np.int64]) -> tuple[Array, Array]:
         triangles = self.faces[self._faces_of_vertex[nearest]]
         corners = self.vertices[triangles]
         weights = closest_on_triangles(points[:, None], corners[:, :, 0], corners[:, :, 1], corners[:, :, 2])
@@ -87,7 +99,7 @@ class SurfaceDistance:
         weight = np.take_along_axis(weights, best, axis=1)[:, 0]
         corner = np.take_along_axis(triangles, best, axis=1)[:, 0]
         normal = np.einsum("nj,njd->nd", weight, self.normals[corner])
-        return np.where(_dot(gap, normal) < 0, -1.0, 1.0) * np.linalg.norm(gap, axis=1)
+        return np.where(_dot(gap, normal) < 0, -1.0, 1.0) * np.linalg.norm(gap, axis=1), points - gap
 
     @cached_property
     def normals(self) -> Array:

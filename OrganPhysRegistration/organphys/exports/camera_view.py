@@ -82,7 +82,7 @@ def parallel_view(points: Array, towards_viewer: Array, down: Array, width: int,
     centre = points.mean(0)
     size = float(np.linalg.norm(points - centre, axis=1).max())
     position = centre + 200 * size * _unit(towards_viewer)
-    return View(position, centre, down, 1.0, width, height).fitted(points)
+    return View(position, centre, down, 1.0, width, height).fitted(points, fill=0.8)
 
 
 def _unit(vector: Array) -> Array:

@@ -13,7 +13,7 @@ from .renderer import SplatLayer, solid_picture, splat_picture
 from .report_content import CoarseFigures, ReportContent
 from .report_pictures import point_spacing
 
-WIDTH, HEIGHT = 480, 340
+WIDTH, HEIGHT = 440, 320
 INDIGO = np.array([0.42, 0.47, 0.95])
 BLUE, TEAL, AMBER = "#8fb4ff", "#3fd0c4", "#ffb347"
 
@@ -48,7 +48,7 @@ def _viewer(content: ReportContent, coarse: CoarseFigures) -> str:
 def _hull(content: ReportContent, coarse: CoarseFigures) -> str:
     view = parallel_view(content.vertices_ct, coarse.front_ct, np.array([0.0, 0.0, -1.0]), WIDTH, HEIGHT)
     a, b = view.project(coarse.hull_segment_ct)
-    words = label(WIDTH / 2, HEIGHT - 12, f"d = {coarse.hull_diameter_mm:.1f} mm", colour=BLUE, anchor="middle")
+    words = label(14, HEIGHT - 14, f"d = {coarse.hull_diameter_mm:.1f} mm", colour=BLUE)
     return svg_picture(_organ(content, view), [_measure(a, b, BLUE), words])
 
 
@@ -68,7 +68,7 @@ def _box(content: ReportContent, coarse: CoarseFigures) -> str:
     extent = coarse.box_extent_scene
     words = f"extent = {extent:.3g} units ({extent * content.mm_per_unit:.1f} mm as registered)"
     overlays += [_measure(flat[longest[0]], flat[longest[1]], AMBER)]
-    overlays += [label(WIDTH / 2, HEIGHT - 12, words, colour=AMBER, anchor="middle")]
+    overlays += [label(14, HEIGHT - 14, words, colour=AMBER)]
     return svg_picture(_splat(content, view), overlays)
 
 
@@ -94,8 +94,9 @@ def _beside(direction: Array, down: Array) -> Array:
 
 def _pointing(view: View, points: Array, centre: Array, direction: Array, colour: str, words: str) -> list[str]:
     """Arrow from the centre of the points along ``direction``, out of them, with its name at the lower left."""
-    reach = 1.25 * np.percentile((points - centre) @ direction, 99.5)
-    start, end = view.project(np.stack([centre, centre + max(reach, 1e-9) * direction]))
+    size = np.percentile(np.linalg.norm(points - centre, axis=1), 99.5)
+    reach = max(1.2 * np.percentile((points - centre) @ direction, 99.5), 0.6 * size)
+    start, end = view.project(np.stack([centre, centre + reach * direction]))
     return [arrow(start, end, colour=colour), label(14, HEIGHT - 14, words, colour=colour)]
 
 

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from ..ground.checks import Array
 from .camera_view import View
 
-SHADOW = 'paint-order="stroke" stroke="#14171c" stroke-width="3" stroke-linejoin="round"'
-
 
 def svg_picture(image: NDArray[np.uint8], overlays: list[str] | None = None, *, title: str = "") -> str:
     """Image (h, w, 3) with SVG elements over it, in pixels of the image."""
@@ -25,11 +23,10 @@ def svg_picture(image: NDArray[np.uint8], overlays: list[str] | None = None, *, 
 
 
 def label(x: float, y: float, words: str, *, colour: str = "#e8edf4", size: int = 15, anchor: str = "start") -> str:
-    """Text at pixel x, y (baseline)."""
-    return (
-        f'<text x="{x:.1f}" y="{y:.1f}" fill="{colour}" font-size="{size}" text-anchor="{anchor}" {SHADOW}>'
-        f"{escape(words)}</text>"
-    )
+    """Text at pixel x, y (baseline), over a dark edge."""
+    place = f'x="{x:.1f}" y="{y:.1f}" font-size="{size}" text-anchor="{anchor}"'
+    shadow = f'<text {place} fill="#14171c" stroke="#14171c" stroke-width="3" stroke-linejoin="round">'
+    return "".join(f"{start}{escape(words)}</text>" for start in (shadow, f'<text {place} fill="{colour}">'))
 
 
 def line(start: Array, end: Array, *, colour: str, width: float = 2.0, dashed: bool = False) -> str:

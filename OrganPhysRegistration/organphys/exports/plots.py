@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -24,7 +25,7 @@ def convergence_plot(steps: Sequence[StepFigures]) -> str:
         top.plot(count, hidden, color=AMBER, lw=1.2, ls="--", label="CT to splat, closest 70 %")
     top.set_ylabel("distance, mm")
     top.set_ylim(bottom=0)
-    top.legend(loc="upper right", frameon=False)
+    top.legend(loc="best", frameon=False)
     bottom.axhline(0, color=GREY, lw=1)
     bottom.plot(count, [s.volume_drift_percent for s in steps], color=BLUE, marker=".")
     bottom.set_ylabel("volume drift, %")
@@ -102,4 +103,4 @@ def _svg(figure: Any) -> str:
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "organphys"}):
         FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None, "Creator": None})
     text = stream.getvalue()
-    return text[text.index("<svg") :]
+    return re.sub(r' id="[a-zA-Z0-9.]+_\d+"', "", text[text.index("<svg") :])  # names that another plot has too

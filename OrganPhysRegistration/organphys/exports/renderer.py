@@ -11,12 +11,12 @@ from scipy.ndimage import binary_erosion
 
 from ..ground.checks import Array
 from .camera_view import View
-from .rasteriser import Fragments, Reals, draw_dots, draw_triangles, interpolate
+from .rasteriser import Fragments, Reals, draw_dots, draw_triangles
 
 SUPERSAMPLING = 2
-BACKGROUND = np.array([0.075, 0.085, 0.10])
-ORGAN_BLUE = np.array([0.26, 0.55, 1.0])
-OUTLINE = np.array([0.62, 0.80, 1.0])
+BACKGROUND = np.array([0.075, 0.085, 0.10], dtype=np.float32)
+ORGAN_BLUE = np.array([0.26, 0.55, 1.0], dtype=np.float32)
+OUTLINE = np.array([0.62, 0.80, 1.0], dtype=np.float32)
 GLAZE_FRONT, GLAZE_BEHIND, GLAZE_ALONE = 0.42, 0.16, 0.62  # opacity of the organ before, behind, beside the splat
 
 
@@ -38,7 +38,7 @@ class SplatLayer:
         """(h, w, 3) in 0..1 at the supersampled size."""
         image = np.broadcast_to(BACKGROUND, (*self.fragments.depth.shape, 3)).astype(np.float32)
         seen = self.fragments.covered
-        image[seen] = self.colours[self.fragments.index[seen]].astype(np.float32)
+        image[seen] = self.colours.astype(np.float32)[self.fragments.index[seen]]
         return image
 
 
@@ -52,8 +52,8 @@ def overlay_picture(
     vertices: Array,
     faces: NDArray[np.int64],
     *,
-    normals: Reals,
-    colours: Reals | None = None,
+    normals: Array,
+    colours: Array | None = None,
 ) -> NDArray[np.uint8]:
     """The organ (vertices (Nv, 3) scene units, unit normals (Nv, 3)) over the splat: (h, w, 3).
 
@@ -62,19 +62,19 @@ def overlay_picture(
     view = layer.view.scaled(SUPERSAMPLING)
     organ = draw_triangles(view, vertices, faces)
     image, mask = layer.image.copy(), organ.covered
+    pixels, flat = np.flatnonzero(mask), image.reshape(-1, 3)
     shade = _shading(view, normals)[:, None]
-    shaded = interpolate(view, organ, vertices, faces, shade if colours is None else shade * colours)
+    shaded = organ.interpolated(faces, shade if colours is None else shade * colours)
     if colours is None:
-        opacity = _glaze(organ.depth[mask], layer.fragments.depth[mask])[:, None]
-        shaded = opacity * shaded * ORGAN_BLUE + (1 - opacity) * image[mask]
-    image[mask] = shaded
-    rim = mask & ~binary_erosion(mask, iterations=SUPERSAMPLING)
-    image[rim] = OUTLINE
+        opacity = _glaze(organ.depth.ravel()[pixels], layer.fragments.depth.ravel()[pixels])[:, None]
+        shaded = opacity * shaded * ORGAN_BLUE + (1 - opacity) * flat[pixels]
+    flat[pixels] = shaded
+    flat[np.flatnonzero(mask & ~binary_erosion(mask, iterations=SUPERSAMPLING))] = OUTLINE
     return _finished(image)
 
 
 def solid_picture(
-    view: View, vertices: Array, faces: NDArray[np.int64], *, normals: Reals, colour: Reals
+    view: View, vertices: Array, faces: NDArray[np.int64], *, normals: Array, colour: Array
 ) -> NDArray[np.uint8]:
     """The surface alone in one colour, opaque: (h, w, 3)."""
     nothing = SplatLayer(view, np.zeros((0, 3)), np.zeros((0, 3)), 1.0)
@@ -88,7 +88,7 @@ def _glaze(organ_depth: Reals, splat_depth: Reals) -> Reals:
     return np.where(alone, GLAZE_ALONE, GLAZE_BEHIND + (GLAZE_FRONT - GLAZE_BEHIND) * ahead)
 
 
-def _shading(view: View, normals: Reals) -> Reals:
+def _shading(view: View, normals: Array) -> Array:
     """Brightness (N,) from a light beside the camera."""
     light = np.array([-0.35, -0.45, -1.0]) @ view.axes
     lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-9) * np.linalg.norm(light)
@@ -98,5 +98,7 @@ def _shading(view: View, normals: Reals) -> Reals:
 def _finished(image: Reals) -> NDArray[np.uint8]:
     """Average of each block of supersamples, as bytes."""
     s = SUPERSAMPLING
-    small = np.sum([image[k::s, m::s] for k in range(s) for m in range(s)], axis=0) / s**2
-    return (np.clip(small, 0, 1) * 255 + 0.5).astype(np.uint8)
+    small = image[::s, ::s].copy()
+    for k in range(1, s * s):
+        small += image[k // s :: s, k % s :: s]
+    return (np.clip(small / s**2, 0, 1) * 255 + 0.5).astype(np.uint8)

@@ -16,7 +16,8 @@ from .report_pictures import VIEW_NAMES, overlay_rows
 
 OVERLAY_NOTE = (
     "The splat in its own colours; the registered CT organ as a blue glaze with a light outline: stronger where it "
-    "lies before the splat, fainter behind it, full where nothing was seen."
+    "lies before the splat, fainter behind it, full where nothing was seen. In the distance pictures, red or grey far "
+    "from the splat means that nothing was seen there."
 )
 
 
@@ -91,8 +92,14 @@ def _metrics(metrics: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:
     for name, unit in names:
         entries = [stage.get(name, {}) for stage in metrics.values()]
         values = [entry.get("value") if entry.get("unit", "") == unit else None for entry in entries]
-        rows.append((name.replace("_", " "), unit, *values))
+        rows.append((_spoken(name), unit, *values))
     return table(("", "unit", *metrics), rows)
+
+
+def _spoken(name: str) -> str:
+    """A metric's name for readers."""
+    special = {"ct": "CT", "f": "F"}
+    return " ".join(special.get(part, part) for part in name.split("_"))
 
 
 def _times(seconds: Mapping[str, float]) -> str:

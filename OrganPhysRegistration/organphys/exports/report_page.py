@@ -38,6 +38,7 @@ svg{display:block;width:100%;height:auto} .grid svg{border-radius:4px}
 svg text{font-family:system-ui,-apple-system,"Segoe UI",Roboto,Arial,sans-serif!important}
 pre{font-size:12px;line-height:1.45;background:#f6f7f9;padding:12px 14px;border-radius:6px;white-space:pre-wrap;
  overflow-wrap:anywhere}
+@page{margin:14mm}
 @media print{body{padding:0;max-width:none;font-size:12px}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}
  .row,figure,table,.verdict{break-inside:avoid} h2,h3{break-after:avoid}}
 """

@@ -17,7 +17,7 @@ from .picture_svg import label, scale_bar, svg_picture
 from .renderer import SplatLayer, overlay_picture, splat_picture
 from .report_content import ReportContent, StagePicture
 
-WIDTH, HEIGHT = 420, 315
+WIDTH, HEIGHT = 400, 300
 VIEW_NAMES = ("from the camera", "from the side", "from above")
 RAMP = np.array([[0.13, 0.40, 0.67], [0.40, 0.76, 0.65], [1.0, 0.93, 0.55], [0.96, 0.55, 0.26], [0.70, 0.05, 0.15]])
 UNKNOWN = np.array([0.42, 0.45, 0.50])
