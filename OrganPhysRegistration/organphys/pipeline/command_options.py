@@ -5,7 +5,10 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-SCHEMES = "totalsegmentator, auto3dseg, btcv, amos, msd-liver, ..."
+SCHEMES = (
+    "totalsegmentator, totalsegmentator-mr, totalsegmentator-v1, auto3dseg, btcv, amos, flare, word, kits, msd-liver, "
+    "msd-pancreas, msd-spleen, msd-prostate"
+)
 
 
 def add_register(commands: Any) -> None:
@@ -128,7 +131,7 @@ def add_info(commands: Any) -> None:
         description="Says what is in a label map (labels, volumes), a splat (layout, counts, extent) or an asset.",
     )
     parser.add_argument("file", metavar="FILE", help="label map, splat (.ply) or asset (.organphys)")
-    _add_quiet(parser)
+    parser.add_argument("--label-scheme", metavar="NAME", help=f"names for the labels of a label map: {SCHEMES}")
 
 
 def add_demo(commands: Any) -> None:

@@ -6,7 +6,6 @@ import argparse
 from pathlib import Path
 
 from ..ground.checks import InputError
-from .terminal_progress import shown_progress
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -18,13 +17,12 @@ def run(arguments: argparse.Namespace) -> None:
         raise InputError(f"{path}: no such file")
     with path.open("rb") as file:
         start = file.read(4)
-    with shown_progress(quiet=True):
-        if start[:2] == b"PK":
-            lines = _asset(path)
-        elif start[:3] == b"ply" or path.suffix.lower() == ".ply":
-            lines = _splat(path)
-        else:
-            lines = _label_map(path)
+    if start[:2] == b"PK":
+        lines = _asset(path)
+    elif start[:3] == b"ply" or path.suffix.lower() == ".ply":
+        lines = _splat(path)
+    else:
+        lines = _label_map(path, arguments.label_scheme)
     print("\n".join(lines))
 
 
@@ -61,10 +59,10 @@ def _splat(path: Path) -> list[str]:
     ]
 
 
-def _label_map(path: Path) -> list[str]:
+def _label_map(path: Path, label_scheme: str | None) -> list[str]:
     from ..readers.segmentation_file import describe_segmentation
 
-    info = describe_segmentation(path)
+    info = describe_segmentation(path, label_scheme=label_scheme)
     layers = f", {info.layers} layers" if info.layers > 1 else ""
     lines = [
         f"{path}: label map, {info.pixel_type}{layers}",

@@ -73,7 +73,7 @@ def outward(points: Array) -> Array:
     return slope / np.linalg.norm(slope, axis=1, keepdims=True)
 
 
-def onto_surface(points: Array, slope: Array | None = None, *, rounds: int = 3) -> Array:
+def onto_surface(points: Array, slope: Array | None = None, *, rounds: int = 4) -> Array:
     """Points (N, 3) near the surface moved onto it along the gradient ``slope`` (N, 3) (chord method)."""
     slope = gradient(points) if slope is None else slope
     along = slope / np.einsum("ij,ij->i", slope, slope)[:, None]
