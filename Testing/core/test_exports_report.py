@@ -18,11 +18,10 @@ from organphys.exports.report_content import PictureStrip, ReportContent, Report
 from organphys.exports.report_page import words
 from organphys.exports.report_pictures import ramp_colours
 from organphys.ground.notices import Notice
+from organphys.ground.solve_report import SolveReport, Stop
 
 STEPS = [
-    SimpleNamespace(
-        alpha=alpha, trim30_splat_to_ct_mm=2 / (k + 1), trim30_ct_to_splat_mm=4.0, volume_drift_percent=-0.1 * k
-    )
+    SimpleNamespace(alpha=alpha, trim30_splat_to_ct_mm=2 / (k + 1), volume_drift_percent=-0.1 * k)
     for k, alpha in enumerate([0.4] * 3 + [0.1] * 4)
 ]
 COARSE = SimpleNamespace(
@@ -55,7 +54,6 @@ def content() -> ReportContent:
         splat_colours=np.full((len(seen), 3), 0.6),
         mm_per_unit=100.0,
         method="organphys",
-        verdict="Registered.",
         notices=[Notice("few_seen", "Only 9 % <seen> & no more.")],
         highlights=[("organ volume", "220 ml")],
         inputs=[("label map", "/data/<x>.nii.gz")],
@@ -64,7 +62,7 @@ def content() -> ReportContent:
             "elastic": {"mean_ct_to_splat": {"value": 1.5, "unit": "mm"}, "drift": {"value": None, "unit": "%"}},
         },
         seconds={"read": 1.0, "total": 2.345},
-        stops={"elastic": {"stop": "converged", "iterations": 9}},
+        stops={"rigid": "converged", "elastic": SolveReport(Stop.STALLED, iterations=9)},
         coarse=COARSE,
         steps=STEPS,
         splat_to_ct_mm=np.abs(np.random.default_rng(0).normal(size=500)),
@@ -132,6 +130,7 @@ def test_every_section_is_there_and_warnings_come_first(html: str) -> None:
     places = [html.index(f"<h2>{head}") for head in heads]
     assert places == sorted(places) and html.index("Only 9 %") < places[0]
     assert "1 warning: read before use." in html and "12.3" in html and "2.35 s" in html
+    assert f"{Stop.STALLED.value} (iterations 9)" in html
     assert html.count("from the camera") == 4  # splat, two stages, distances
     assert html.count("data:image/jpeg") == 4 * 3 + 4 + 1
 
@@ -184,3 +183,9 @@ def test_cells_and_colours() -> None:
     ]
     blue, red, grey = ramp_colours(np.array([0.0, 50.0, np.nan]), 5.0)
     assert blue[2] > blue[0] and red[0] > red[2] and np.ptp(grey) < 0.1
+
+
+def test_gaussians_that_are_not_finite_are_left_out(content: ReportContent) -> None:
+    centres = content.splat_centres.copy()
+    centres[0, 1] = np.nan
+    assert len(dataclasses.replace(content, splat_centres=centres).splat_centres) == len(centres) - 1

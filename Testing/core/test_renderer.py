@@ -79,6 +79,11 @@ def test_dots_grow_to_their_radius_and_hide_farther_ones() -> None:
     assert not draw_dots(looking_along_z(), np.zeros((0, 3)), 1.0).covered.any()
 
 
+def test_a_triangle_far_larger_than_the_picture_fills_it() -> None:
+    vertices, faces = plane(10.0, 1e5)
+    assert draw_triangles(looking_along_z(), vertices, faces).covered.all()
+
+
 def test_points_off_the_picture_do_no_harm() -> None:
     rng = np.random.default_rng(0)
     wild = rng.normal(size=(300, 3)) * 1e3

@@ -64,10 +64,9 @@ def draw_triangles(view: View, vertices: Array, faces: NDArray[np.int64]) -> Fra
     corners = view.project(vertices)[faces]
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    low = np.ceil(corners[..., :2].min(1) - 0.5)
-    high = np.floor(corners[..., :2].max(1) - 0.5)
-    on_picture = (high >= 0).all(1) & (low < [view.width, view.height]).all(1) & (high >= low).all(1)
-    visible = np.flatnonzero((area < 0) & on_picture)  # picture y points down: the sign is turned
+    low = np.maximum(np.ceil(corners[..., :2].min(1) - 0.5), 0)
+    high = np.minimum(np.floor(corners[..., :2].max(1) - 0.5), [view.width - 1, view.height - 1])
+    visible = np.flatnonzero((area < -1e-6) & (high >= low).all(1))  # picture y points down: the sign is turned
     size = (high - low).max(1)[visible].astype(np.int64) + 1
     classes = np.where(size <= 12, size, 1 << np.ceil(np.log2(size)).astype(np.int64))
     fragments = Fragments.empty(view)
@@ -93,7 +92,7 @@ def _fill(view: View, corners: Array, low: Array, side: int, names: NDArray[np.i
     found = np.flatnonzero(inside)
     row, line, column = np.unravel_index(found, inside.shape)
     x, y = low[row, 0].astype(np.int64) + column, low[row, 1].astype(np.int64) + line
-    on = np.flatnonzero((x >= 0) & (y >= 0) & (x < view.width) & (y < view.height))
+    on = np.flatnonzero((x < view.width) & (y < view.height))
     row, b, c = row[on], b.ravel()[found[on]], c.ravel()[found[on]]
     z = corners[:, :, 2].astype(np.float32)
     depth = z[row, 0] * (1 - b - c) + z[row, 1] * b + z[row, 2] * c

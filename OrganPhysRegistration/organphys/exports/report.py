@@ -7,11 +7,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..ground.atomic_file import write_text
+from ..ground.plain_json import plain
 from .coarse_pictures import coarse_pictures
 from .picture_svg import svg_picture
 from .plots import convergence_plot, histogram_plot, twist_plot
 from .report_content import ReportContent
-from .report_page import grid, heading, listing, page, paragraph, table, tiles, verdict_box
+from .report_page import grid, heading, listing, page, paragraph, table, tiles, verdict_box, words
 from .report_pictures import VIEW_NAMES, overlay_rows
 
 OVERLAY_NOTE = (
@@ -68,7 +69,10 @@ def _overlays(content: ReportContent) -> list[str]:
         return []
     parts = [heading("Overlay on the endoscopic splat"), paragraph(OVERLAY_NOTE, soft=True)]
     for row in rows:
-        parts += [heading(row.name, level=3), grid(list(zip(VIEW_NAMES, row.pictures, strict=True)))]
+        parts += [
+            heading(row.name[:1].upper() + row.name[1:], level=3),
+            grid(list(zip(VIEW_NAMES, row.pictures, strict=True))),
+        ]
     return parts
 
 
@@ -111,7 +115,9 @@ def _stops(stops: Mapping[str, Any]) -> str:
 
 
 def _reason(stop: Any) -> str:
-    """Readable text of a stop: a word, or a record with its numbers."""
-    if isinstance(stop, Mapping):
-        return ", ".join(f"{key.replace('_', ' ')}: {value}" for key, value in stop.items())
-    return str(stop)
+    """Readable text of a stop: a word, or a record (``SolveReport`` or a dict) with its numbers."""
+    entry = plain(stop)
+    if not isinstance(entry, Mapping):
+        return str(entry)
+    numbers = [f"{key.replace('_', ' ')} {words(value)}" for key, value in entry.items() if key != "stop" and value]
+    return str(entry.get("stop", "")) + (f" ({', '.join(numbers)})" if numbers else "")

@@ -47,8 +47,6 @@ class StepFigures(Protocol):
     @property
     def trim30_splat_to_ct_mm(self) -> float: ...
     @property
-    def trim30_ct_to_splat_mm(self) -> float: ...
-    @property
     def volume_drift_percent(self) -> float: ...
 
 
@@ -113,3 +111,9 @@ class ReportContent:
     provenance: Mapping[str, Any] = field(default_factory=dict)
     extra_tables: Sequence[ReportTable] = ()
     extra_strips: Sequence[PictureStrip] = ()
+
+    def __post_init__(self) -> None:
+        centres, colours = np.asarray(self.splat_centres, dtype=np.float64), np.asarray(self.splat_colours, dtype=float)
+        whole = np.isfinite(centres).all(1) & np.isfinite(colours).all(1)
+        object.__setattr__(self, "splat_centres", centres[whole])
+        object.__setattr__(self, "splat_colours", np.clip(colours[whole], 0, 1))

@@ -65,12 +65,12 @@ def paragraph(words: str, *, soft: bool = False) -> str:
 
 
 def verdict_box(verdict: str, notices: Sequence[Notice]) -> str:
-    """Warnings in plain words, before anything else."""
+    """Warnings in plain words, before anything else; without a verdict their number is the headline."""
     count = len(notices)
     warned = "No warnings." if not count else f"{count} warning{'s' if count > 1 else ''}: read before use."
     items = "".join(f"<li>{escape(n.message)} <code>{escape(n.code)}</code></li>" for n in notices)
     return (
-        f'<div class="verdict{" warn" if count else ""}"><strong>{escape(f"{verdict} {warned}".strip())}</strong>'
+        f'<div class="verdict{" warn" if count else ""}"><strong>{escape(verdict or warned)}</strong>'
         + (f"<ul>{items}</ul>" if items else "")
         + "</div>"
     )
