@@ -21,15 +21,19 @@ def ras_from_lps(points: Array) -> Array:
 
 
 def rotation_between(source: Array, target: Array) -> Array:
-    """Smallest rotation (3, 3) that turns direction ``source`` (3,) onto ``target`` (3,) (Rodrigues)."""
+    """Smallest rotation (3, 3) that turns direction ``source`` (3,) onto ``target`` (3,).
+
+    Half a turn about ``source``, then half a turn about the bisector: orthogonal to rounding also for nearly opposite
+    directions, where Rodrigues' formula divides by 1 + cos.
+    """
     a = source / np.linalg.norm(source)
-    b = target / np.linalg.norm(target)
-    axis, cosine = np.cross(a, b), float(a @ b)
-    if cosine < -1 + 1e-12:  # opposite: half a turn about any perpendicular axis
-        perpendicular = np.cross(a, np.eye(3)[np.argmin(np.abs(a))])
-        return rotation_about(perpendicular, np.pi)
-    k = cross_matrix(axis)
-    return np.eye(3) + k + k @ k / (1 + cosine)
+    bisector = a + target / np.linalg.norm(target)
+    length = np.linalg.norm(bisector)
+    if length < 1e-8:  # opposite: any perpendicular direction bisects them
+        bisector = np.cross(a, np.eye(3)[np.argmin(np.abs(a))])
+        length = np.linalg.norm(bisector)
+    bisector = bisector / length
+    return (2 * np.outer(bisector, bisector) - np.eye(3)) @ (2 * np.outer(a, a) - np.eye(3))
 
 
 def rotation_about(axis: Array, angle: float) -> Array:
@@ -82,9 +86,7 @@ class Similarity:
 
     def __matmul__(self, other: Similarity) -> Similarity:
         """T_a_b @ T_b_c = T_a_c."""
-        return Similarity(
-            self.scale * other.scale, self.rotation @ other.rotation, self.apply(other.translation)
-        )
+        return Similarity(self.scale * other.scale, self.rotation @ other.rotation, self.apply(other.translation))
 
 
 @dataclass(frozen=True)
