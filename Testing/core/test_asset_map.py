@@ -91,7 +91,11 @@ def test_outside_distance(organ: RegisteredOrgan) -> None:
     rng = np.random.default_rng(2)
     distance = rng.uniform(0.5, 30, 400)
     points = np.concatenate([round_about(1, d, d, seed=k) for k, d in enumerate(distance)])
-    assert np.abs(SurfaceDistance(vertices, faces).signed(points) - distance).max() < 0.1
+    surface = SurfaceDistance(vertices, faces)
+    assert np.abs(surface.signed(points) - distance).max() < 0.1
+    assert np.abs(surface.outside(points) / distance - 1).max() < 0.05
+    coarse = SurfaceDistance(*ellipsoid())
+    assert np.abs(coarse.outside(points) / coarse.signed(points) - 1)[distance > 2].max() < 0.05
 
 
 def test_empty_and_bad_points(organ: RegisteredOrgan) -> None:

@@ -60,9 +60,10 @@ class Deformation:
         values = field.spline.values(points[beside])
         distance, extension = values[:, 0], values[:, 1:]
         b, f = field.inner(distance)[0], field.fade(distance)[0]
-        u[beside] = ((1 - b) * f)[:, None] * extension
-        mixed = b > 0
-        u[beside[mixed]] += b[mixed, None] * self._own(points[beside[mixed]])
+        mixed = np.flatnonzero(b > 0)
+        moved = (1 - b)[:, None] * extension
+        moved[mixed] += b[mixed, None] * self._own(points[beside[mixed]])
+        u[beside] = f[:, None] * moved
         return u
 
     def _with_gradient(self, points: Array) -> tuple[Array, Array]:
@@ -72,14 +73,14 @@ class Deformation:
         values, slopes = field.spline.values_and_gradients(points[beside])
         distance, extension, normal = values[:, 0], values[:, 1:], slopes[:, 0]
         (b, db), (f, df) = field.inner(distance), field.fade(distance)
-        share, d_share = (1 - b) * f, (1 - b) * df - db * f
-        u[beside] = share[:, None] * extension
-        gradient[beside] = share[:, None, None] * slopes[:, 1:] + _outer(d_share[:, None] * extension, normal)
         mixed = np.flatnonzero(b > 0)
-        own_u, own_gradient = self.inside(points[beside[mixed]])
-        u[beside[mixed]] += b[mixed, None] * own_u
-        gradient[beside[mixed]] += b[mixed, None, None] * own_gradient
-        gradient[beside[mixed]] += _outer(db[mixed, None] * own_u, normal[mixed])
+        moved, slope = (1 - b)[:, None] * extension, (1 - b)[:, None, None] * slopes[:, 1:]
+        own_u, own_slope = self.inside(points[beside[mixed]])
+        moved[mixed] += b[mixed, None] * own_u
+        slope[mixed] += b[mixed, None, None] * own_slope
+        slope[mixed] += _outer(db[mixed, None] * (own_u - extension[mixed]), normal[mixed])
+        u[beside] = f[:, None] * moved
+        gradient[beside] = f[:, None, None] * slope + _outer(df[:, None] * moved, normal)
         return u, gradient
 
     def _own(self, points: Array) -> Array:

@@ -1,11 +1,11 @@
 """The deformation beside the organ: that of the nearest organ region, fading to nothing over 30 mm.
 
-u(x) = b u_organ(x) + (1 - b) f A(x), all smooth in x:
+u(x) = f (b u_organ(x) + (1 - b) A(x)), all smooth in x:
   u_organ  displacement of the reduced basis, exact inside the organ and used a little way outside;
   A        a twice differentiable extension of it, an average over organ tissue whose width grows with the distance;
   f(D)     the fade, 1 at the organ and 0 at ``reach`` mm;  b(D)  hands over from u_organ to A beside the surface;
   D        a twice differentiable approximation of the signed distance to the surface.
-b = 1 holds wherever D is at most its largest value on the organ itself, so no point inside is ever touched.
+b = f = 1 holds wherever D is at most its largest value on the organ itself, so no point inside is ever touched.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class OutsideField:
 
     def fade(self, distance: Array) -> tuple[Array, Array]:
         """Fade f (N,) at smooth distance D (N,), and df/dD."""
-        return _falling(distance, 0.0, self.reach)
+        return _falling(distance, self.margin, self.reach)
 
 
 def build_outside_field(surface: SurfaceDistance, displacement: Displacement) -> OutsideField:

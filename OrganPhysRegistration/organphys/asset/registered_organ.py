@@ -93,9 +93,9 @@ class RegisteredOrgan:
         return self.deformation.displacement_and_gradient(points)[1] + np.eye(3)
 
     def outside_distance_mm(self, points_ct_mm: ArrayLike) -> Array:
-        """How far the CT points (N, 3) lie outside the organ surface, mm; 0 inside."""
+        """How far (N,) the CT points (N, 3) lie outside the organ surface, mm; 0 inside."""
         points = as_points(points_ct_mm, "points", minimum=0)
-        return np.maximum(self.surface_distance.signed(points), 0.0)
+        return self.surface_distance.outside(points)
 
     def surface(self, *, frame: str = "scene") -> tuple[Array, NDArray[np.int64]]:
         """Vertices (Nv, 3) and faces (Nf, 3): "scene" (scene units, registered) or "ct" (mm, before registration)."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..ground.checks import Array
+from ..points.sampling import one_per_cell
 
 CHUNK = 16384
 
@@ -76,6 +77,18 @@ class SurfaceDistance:
             part = slice(start, start + CHUNK)
             distance[part], foot[part] = self._one_ring(points[part], nearest[part])
         return distance, foot
+
+    def outside(self, points: Array) -> Array:
+        """Distance (N,) outside the surface, 0 inside; fast: farther than 6 % of its size it may be 5 % too long."""
+        edges = np.linalg.norm(self.vertices[self.faces[:, 0]] - self.vertices[self.faces[:, 1]], axis=1)
+        cell = max(0.02 * float(np.ptp(self.vertices, axis=0).max()), float(np.median(edges)))
+        thin = one_per_cell(self.vertices, cell)
+        gap, nearest = cKDTree(self.vertices[thin]).query(points)
+        vertex = thin[nearest]
+        distance = np.where(_dot(points - self.vertices[vertex], self.normals[vertex]) < 0, 0.0, gap)
+        near = np.flatnonzero(gap < 3 * cell)
+        distance[near] = np.maximum(self.signed(points[near]), 0.0)
+        return distance
 
     def samples(self, spacing: float) -> Array:
         """Surface points (N, 3), the vertices among them, about ``spacing`` apart or closer; at most 8 per edge."""
