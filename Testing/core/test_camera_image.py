@@ -88,8 +88,7 @@ def test_outside_the_field_of_view_is_unknown():
     half = np.degrees(np.arctan(1.15 / DEPTH))
     image = camera_image(surface_of(disc()), NOTHING, fov_deg=2 * half)
     assert image.unknown[at(image, 1.3, 0.0)] and not image.unknown[at(image, 1.05, 0.0)]
-    wide = np.array([[2.5, 0, DEPTH], [-2.5, 0, DEPTH]])
-    background = np.repeat(wide + [0, 0, 3.0], 100, axis=0)
+    background = np.repeat([[4.0, 0, DEPTH + 3.0], [-4.0, 0, DEPTH + 3.0]], 100, axis=0)
     image = camera_image(surface_of(disc()), background)
     assert not image.unknown[at(image, 1.2, 0.0)]
     assert camera_image(surface_of(disc()), NOTHING).unknown[at(image, 1.2, 0.0)]
