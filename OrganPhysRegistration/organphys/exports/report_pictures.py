@@ -48,14 +48,22 @@ def overlay_rows(content: ReportContent) -> list[PictureRow]:
 def splat_layers(content: ReportContent, organ: Array) -> list[SplatLayer]:
     """The splat in the three views that hold the registered ``organ`` (N, 3) and the splat's bulk."""
     centres = content.splat_centres
-    bulk = centres[:: max(1, len(centres) // 5000)]
-    middle = np.median(bulk, axis=0)
-    distance = np.linalg.norm(bulk - middle, axis=1)
-    shown = np.concatenate([organ, bulk[distance <= np.percentile(distance, 97)]])
+    shown = np.concatenate([organ, _bulk(centres, organ)])
     front = View(content.camera.position, organ.mean(0), np.array([0.0, 1.0, 0.0]), 1.0, WIDTH, HEIGHT)
     views = (front, front.turned(1, 65), front.turned(0, -65))
     radius = 2.0 * point_spacing(centres)
     return [SplatLayer(view.fitted(shown), centres, content.splat_colours, radius) for view in views]
+
+
+def _bulk(centres: Array, organ: Array) -> Array:
+    """Splat points (M, 3) that the pictures must hold: those near the organ, without stray ones and background."""
+    few = centres[:: max(1, len(centres) // 5000)]
+    middle = organ.mean(0)
+    near = np.linalg.norm(few - middle, axis=1) <= 1.1 * np.linalg.norm(organ - middle, axis=1).max()
+    if near.mean() > 0.2:
+        return few[near]
+    away = np.linalg.norm(few - np.median(few, axis=0), axis=1)  # the organ missed the splat: show both
+    return few[away <= np.percentile(away, 97)]
 
 
 def point_spacing(points: Array) -> float:
