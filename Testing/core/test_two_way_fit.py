@@ -107,8 +107,8 @@ def test_residuals_at_the_true_pose_are_noise(setting, side):
 
 def test_camera_residual_pushes_organ_out_of_empty_pixels(setting):
     """A pose shifted sideways has organ in empty pixels: its residual is the distance to the silhouette's plane."""
-    fit, truth, samples, view = setting
-    shifted = Similarity(truth.scale, truth.rotation, truth.translation + [0.6, 0, 0])
+    fit, truth, _, view = setting
+    shifted = Similarity(truth.scale, truth.rotation, truth.translation + np.array([0.6, 0, 0]))
     rows = fit._camera_rows(Poses.of([shifted]), 0.2)
     organ = shifted.apply(fit.organ_points[:3].T.astype(np.float64))
     i, j = np.clip(view.image.index(organ[:, :2] / organ[:, 2:]), 0, np.array(view.image.mask.shape) - 1).T
@@ -136,15 +136,15 @@ def test_score_is_lowest_at_the_truth(setting):
 
 def test_hiding_outside_the_view_is_no_way_out(setting):
     """An organ ten times too large covers the mask and all the unknown round it."""
-    fit, truth, samples, _ = setting
-    huge = Similarity(10 * truth.scale, truth.rotation, truth.translation + [0, 0, 10])
+    fit, truth, _, _ = setting
+    huge = Similarity(10 * truth.scale, truth.rotation, truth.translation + np.array([0, 0, 10.0]))
     _, camera = fit.score(Poses.of([huge]), 0.12)
     assert camera[0] > 0.5
 
 
 @pytest.mark.parametrize("axis", np.eye(3).tolist())
 def test_rigid_copy_is_recovered_from_15_degrees_off(setting, axis):
-    fit, truth, samples, view = setting
+    fit, truth, _, _ = setting
     poses = Poses.of([twisted(truth, [*(np.radians(15) * np.array(axis)), 0.05, -0.05, 0.05, 0.08])])
     assert pose_errors(poses.at(0), truth)[0] == pytest.approx(15, abs=0.1)
     for tau, damping in ((0.2, 0.02),) * 12 + ((0.1, 0.001),) * 12:
