@@ -34,6 +34,7 @@ class ElasticLevel:
 
 
 SHORT = (ElasticLevel(0.4, 0.15, 5), ElasticLevel(0.1, 0.12, 5), ElasticLevel(0.04, 0.09, 5))
+TOO_LITTLE = 1e-3  # mean robust weight of the matches under which organ and splat do not meet at all
 LAST_ALPHA = {"conservative": 0.04, "moderate": 0.015, "aggressive": 0.006}
 
 
@@ -119,7 +120,7 @@ def register_elastically(
         for _ in range(level.steps):
             shape = state.deformed(organ)
             matches = find_matches(organ, shape, view, chosen, level.tau, options.data)
-            if len(matches.rows) < 20:
+            if matches.weights.sum() < TOO_LITTLE:
                 return state, SolveReport(Stop.NO_DATA, count, evaluations, move)
             data = data_quadratic(organ, matches, shape.points, state.gamma, prior)
             z, gamma, spent = solve(organ, data, level.alpha, state.z, state.gamma, steps=options.inner_steps)
