@@ -72,11 +72,11 @@ def _voxels(voxel_mm: float) -> tuple[Array, Array]:
 
 
 def bend(points: Array) -> Array:
-    """Smooth deformation of up to some 9 mm that keeps volume: a parabolic shear and a twist of the long axis."""
+    """Smooth deformation of up to some 17 mm that keeps volume: a parabolic shear and a twist of the long axis."""
     x = (points - CENTRE_MM) / 60.0
     out = points.copy()
-    out[:, 2] += 7 * x[:, 0] ** 2
-    out[:, 1] += 5 * np.sin(1.5 * x[:, 0])
+    out[:, 2] += 10 * x[:, 0] ** 2
+    out[:, 1] += 7 * np.sin(1.5 * x[:, 0])
     return out
 
 
