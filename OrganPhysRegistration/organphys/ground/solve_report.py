@@ -10,6 +10,7 @@ class Stop(Enum):
     """Reason and advice."""
 
     CONVERGED = "converged"
+    SEARCHED = "every candidate was tried"
     STEP_LIMIT = "step limit reached before the tolerance: raise the number of steps or accept the residual"
     STALLED = "no step reduced the energy: the result is as good as the numbers allow"
     NO_DATA = "too few correspondences: check landmarks, crop box and opacity threshold"

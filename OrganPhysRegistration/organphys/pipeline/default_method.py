@@ -83,8 +83,8 @@ def run_default(
             report=report,
         ),
         stops={
-            "coarse": SolveReport(Stop.CONVERGED, starts.candidates),
-            "rigid": SolveReport(Stop.CONVERGED, len(modes.scores)),
+            "coarse": SolveReport(Stop.SEARCHED, starts.candidates),
+            "rigid": SolveReport(Stop.SEARCHED, len(modes.scores)),
             "elastic": report,
         },
         seconds=dict(zip(("coarse", "basis", "rigid", "elastic"), np.diff(marks).tolist(), strict=True)),

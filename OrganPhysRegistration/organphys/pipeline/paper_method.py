@@ -76,7 +76,7 @@ def run_paper(
         coarse_view=view,
         elastic=elastic,
         stops={
-            "coarse": SolveReport(Stop.CONVERGED, len(view.twists_deg)),
+            "coarse": SolveReport(Stop.SEARCHED, len(view.twists_deg)),
             "rigid": rigid.report,
             "elastic": elastic.report,
         },

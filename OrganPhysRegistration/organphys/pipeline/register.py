@@ -28,8 +28,7 @@ from .registration import MethodResult, RegisterOptions, Registration
 from .result_notices import SurfaceState, result_notices
 from .scene import Scene, select_scene
 
-METRIC_POINTS = 10_000
-Metrics = dict[str, dict[str, dict[str, float | str]]]
+STATE_POINTS = 10_000
 
 
 def register(
@@ -60,7 +59,7 @@ def register(
     exact = unit.mm_per_unit if unit is not None and unit.percent == 0 else None
     registered = _registered_organ(organ, found.elastic, exact, dict(provenance or {}))
     similarities = {"before": _before(organ, scene, found), **found.similarities, "elastic": registered.T_scene_ct}
-    metrics = _metrics(organ, registered, found, similarities, scene)
+    metrics = _metrics(registered, similarities, scene.target)
     state = _surface_state(organ, registered, scene)
     notices = result_notices(
         state, camera.position, name=organ.name, volume_ml=organ.volume_ml, mm_per_unit=registered.mm_per_unit
@@ -126,23 +125,19 @@ def _registered_organ(
 
 
 def _metrics(
-    organ: Organ,
-    registered: RegisteredOrgan,
-    found: MethodResult,
-    similarities: Mapping[str, Similarity],
-    scene: Scene,
-) -> Metrics:
-    """Distances of every stage, and volume and strain of the deformation."""
-    boundary = organ.boundary_points[random_subset(int(organ.boundary.sum()), METRIC_POINTS, 0)]
-    box = float(np.abs(boundary - boundary.mean(0)).max())
-    tree, metrics = cKDTree(scene.target), Metrics()
+    registered: RegisteredOrgan, similarities: Mapping[str, Similarity], target: Array
+) -> dict[str, dict[str, dict[str, float | str]]]:
+    """Distances of every stage between the organ's surface vertices and the target, volume and strain of the last."""
+    vertices = registered.vertices
+    box = float(np.abs(vertices - vertices.mean(0)).max())
+    tree = cKDTree(target)
+    metrics: dict[str, dict[str, dict[str, float | str]]] = {}
     for stage in ("coarse", "rigid", "elastic"):
-        mapped = found.elastic.map_points(boundary) if stage == "elastic" else similarities[stage].apply(boundary)
         scale = similarities[stage].scale
+        mapped = registered.scene_vertices if stage == "elastic" else similarities[stage].apply(vertices)
         mm_per_unit = registered.mm_per_scene_unit or 1 / scale
-        distances = surface_distances(mapped, scene.target, mm_per_unit=mm_per_unit, box_mm=box, target_tree=tree)
-        metrics[stage] = distances.as_metrics()
-        metrics[stage]["scale"] = {"value": scale, "unit": "scene units per mm"}
+        distances = surface_distances(mapped, target, mm_per_unit=mm_per_unit, box_mm=box, target_tree=tree)
+        metrics[stage] = {**distances.as_metrics(), "scale": {"value": scale, "unit": "scene units per mm"}}
     gradients = _gradients(registered)
     stretches = strain_percentiles(gradients, (5, 95))
     metrics["elastic"] |= {
@@ -160,7 +155,7 @@ def _gradients(registered: RegisteredOrgan) -> Array:
 
 
 def _surface_state(organ: Organ, registered: RegisteredOrgan, scene: Scene) -> SurfaceState:
-    chosen = random_subset(len(organ.vertices), METRIC_POINTS, 0)
+    chosen = random_subset(len(organ.vertices), STATE_POINTS, 0)
     points = registered.scene_vertices[chosen]
     return SurfaceState(
         points=points,

@@ -12,6 +12,7 @@ from ..ground.notices import Notice
 
 SEEN_WITHIN = 0.1  # of the organ's rms radius: a vertex this near to the splat and facing the camera counts as seen
 LITTLE_SEEN = 0.15
+MOVED_FAR = 0.1  # of the organ's rms radius
 ENDOSCOPE_MM = (15.0, 400.0)
 VOLUME_ML = {
     "liver": (400, 4000), "spleen": (30, 1500), "kidney": (40, 500), "pancreas": (15, 250),
@@ -49,7 +50,7 @@ def result_notices(
         _volume(name, volume_ml),
         _working_distance(state.points, camera_position, mm_per_unit),
         _folding(state.det_f),
-        _hidden_motion(state.displacement_mm, seen),
+        _hidden_motion(state.displacement_mm, seen, state.radius_mm),
     ]
     return tuple(notice for notice in found if notice is not None)
 
@@ -97,10 +98,10 @@ def _folding(det_f: Array) -> Notice | None:
     )
 
 
-def _hidden_motion(displacement_mm: Array, seen: NDArray[np.bool_]) -> Notice | None:
+def _hidden_motion(displacement_mm: Array, seen: NDArray[np.bool_], radius_mm: float) -> Notice | None:
     hidden = float(np.percentile(displacement_mm[~seen], 95)) if (~seen).any() else 0.0
     visible = float(np.percentile(displacement_mm[seen], 95)) if seen.any() else 0.0
-    if hidden <= 5.0 or hidden <= 1.5 * visible:
+    if hidden <= MOVED_FAR * radius_mm or hidden <= 1.5 * visible:
         return None
     return Notice(
         "hidden_tissue_moved",

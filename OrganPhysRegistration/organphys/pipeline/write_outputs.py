@@ -80,7 +80,6 @@ def report_content(
         mm_per_unit=organ.mm_per_unit,
         camera=registration.camera,
         method=registration.options.method,
-        verdict=_verdict(registration),
         notices=registration.notices,
         highlights=_highlights(registration),
         inputs=list(registration.facts.items()),
@@ -108,18 +107,12 @@ def _seen(registration: Registration, distance: Array) -> NDArray[np.bool_]:
     return seen & (distance < 0.1 * organ.normalisation.length)
 
 
-def _verdict(registration: Registration) -> str:
-    count = len(registration.notices)
-    if not count:
-        return "No warning. A small distance alone proves nothing: check the overlay from all three sides."
-    return f"{count} warning{'s' if count > 1 else ''}: read before using the result."
-
-
 def _highlights(registration: Registration) -> list[tuple[str, str]]:
     elastic = registration.metrics["elastic"]
     number = {name: float(entry["value"]) for name, entry in elastic.items()}
     return [
         ("splat to organ, nearest 70 %", f"{number['trim30_splat_to_ct']:.2f} mm"),
+        ("organ volume in the CT", f"{registration.organ.volume_ml:.4g} ml"),
         ("scale", f"{registration.organ.mm_per_unit:.4g} mm per scene unit"),
         ("volume drift", f"{number['volume_drift']:+.2f} %"),
         ("smallest det F", f"{number['min_det_F']:.2f}"),
