@@ -17,6 +17,7 @@ from organphys.ground.frames import Similarity, fit_similarity, rotation_about
 from organphys.points.sampling import random_subset
 from organphys.points.surface_samples import sample_surface
 from scene_examples import POSE, bumpy_organ, seen_from_camera
+from scipy.spatial import cKDTree
 
 OPTIONS = ReducedOrganOptions(handles=6, nodes=150, basis_samples=1500, quadrature=600)
 
@@ -255,6 +256,10 @@ def test_visibility_of_a_shifted_copy(setting):
     seen = visibility(state_of(setting, start=beside), view, 0.1)
     assert seen.empty.mean() > 0.05
     assert 0.2 < seen.beside[seen.empty].max() < 0.45
+    points = seen.points[seen.empty]
+    to_mask = cKDTree(view.image.centre(np.argwhere(view.image.mask))).query(points[:, :2] / points[:, 2:])[0]
+    expected = to_mask * points[:, 2] / truth.scale
+    np.testing.assert_allclose(seen.beside[seen.empty], expected, atol=1.5 * view.image.pixel * 6 / truth.scale)
 
 
 def test_splat_matches_pull_to_the_splat(setting):

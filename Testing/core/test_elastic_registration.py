@@ -10,7 +10,7 @@ from organphys.align.rim import find_rim
 from organphys.align.splat_view import SplatView
 from organphys.elastic.elastic_registration import LAST_ALPHA, ElasticOptions, ElasticState, register_elastically
 from organphys.elastic.joint_scale import ScalePrior
-from organphys.elastic.reduced_organ import ReducedOrgan, reduce_organ
+from organphys.elastic.reduced_organ import ReducedOrgan, ReducedOrganOptions, reduce_organ
 from organphys.ground.checks import InputError
 from organphys.ground.frames import Similarity, fit_similarity
 from organphys.ground.progress import Cancelled
@@ -73,7 +73,8 @@ def record():
 
 @pytest.fixture(scope="module")
 def organ(record):
-    return reduce_organ(record, sample_surface(record))
+    options = ReducedOrganOptions(handles=8, nodes=200, basis_samples=1500, quadrature=800)
+    return reduce_organ(record, sample_surface(record, count=3000), options=options)
 
 
 @pytest.fixture(scope="module")

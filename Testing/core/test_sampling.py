@@ -58,8 +58,13 @@ def test_cell_keys_name_exactly_the_cells():
 
 
 def test_cell_keys_of_a_huge_extent_do_not_collide():
-    top = (1 << 21) - 1
-    points = np.array([[0, 0, 0], [0, 0, top], [0, 1, 0], [1, 0, 0], [0, top, 0], [top, top, top]]) + 0.5
+    top, half = (1 << 21) - 1, 1 << 20
+    points = (
+        np.array(
+            [[0, 0, half], [0, half, 0], [0, 0, 0], [0, 0, top], [0, 1, 0], [1, 0, 0], [0, top, 0], [top, top, top]]
+        )
+        + 0.5
+    )
     assert len(np.unique(cell_keys(points, 1.0))) == len(points)
     with pytest.raises(ValueError, match="too small"):
         cell_keys(np.array([[0, 0, 0], [0, 0, top + 2.0]]), 1.0)
