@@ -203,8 +203,12 @@ def test_recorder_tells_the_same_story(bent_case, bent_result):
     assert fractions == sorted(fractions) and fractions[0] > 0 and fractions[-1] <= 1.0
     first, last = recorder.steps[0], recorder.steps[-1]
     assert last.trim30_splat_to_ct_mm < first.trim30_splat_to_ct_mm
+    scene = bent_case.mapped(bent_result[0], bent_case.organ.samples.normalisation.undo(bent_case.organ.samples.points))
+    distance = cKDTree(scene).query(bent_case.view.surface.samples)[0] / bent_result[0].pose.scale
+    length = bent_case.organ.samples.normalisation.length
+    nearest = np.sort(distance)[: int(0.7 * len(distance))]
+    assert last.trim30_splat_to_ct_mm == pytest.approx(nearest.mean() * length, rel=1e-2)
     assert last.alpha == 0.015 and last.energy > 0 and last.min_det_f > 0.5
     determinants = bent_case.organ.elasticity.determinants(bent_result[0].z)
     assert last.volume_drift_percent == pytest.approx(100 * (determinants.mean() - 1))
-    length = bent_case.organ.samples.normalisation.length
     assert last.largest_move_mm == pytest.approx(bent_result[2][-1].move * length)
