@@ -163,6 +163,8 @@ def test_exact_unit_pins_the_scale(with_landmarks, seen):
     found, _ = with_landmarks
     assert 1 / found.organ.T_scene_ct.scale == pytest.approx(MM_PER_UNIT, rel=1e-5)
     assert found.organ.mm_per_scene_unit == MM_PER_UNIT
+    for stage in ("coarse", "rigid"):  # the search already keeps to it
+        assert found.similarities[stage].scale == pytest.approx(1 / MM_PER_UNIT)
     truth = POSE.apply(bend(seen.points_ct))
     assert map_error(found.organ.map_points(seen.points_ct), truth) < 3.0
 
