@@ -55,15 +55,14 @@ class ReproducingKernel:
         kernel, widening, slope = self._kernel(points)
         columns, k = self._moment_columns(coefficients), coefficients.shape[1]
         matrix, load = _split(kernel @ columns, k)
-        solved = np.linalg.solve(matrix, _affine(points)[:, :, None])
-        row = solved.transpose(0, 2, 1)
+        inverse = np.linalg.inv(matrix)
+        row = (inverse @ _affine(points)[:, :, None])[:, None, :, 0]
         gradients = np.empty((len(points), k, 3))
-        for m, d_kernel in enumerate(self._kernel_derivatives(points, kernel, widening, slope)):
-            d_matrix, d_load = _split(d_kernel @ columns, k)
-            right = -(d_matrix @ solved)
-            right[:, m + 1, 0] += 1.0
-            d_row = np.linalg.solve(matrix, right).transpose(0, 2, 1)
-            gradients[:, :, m] = (d_row @ load + row @ d_load)[:, 0]
+        for m, moments in enumerate(self._moment_derivatives(points, kernel, widening, slope, columns)):
+            d_matrix, d_load = _split(moments, k)
+            right = -(row @ d_matrix)
+            right[:, 0, m + 1] += 1.0
+            gradients[:, :, m] = (right @ inverse @ load + row @ d_load)[:, 0]
         return (row @ load)[:, 0], gradients
 
     def _exponents(self, points: Array) -> Array:
@@ -102,6 +101,24 @@ class ReproducingKernel:
             if stretch is not None:
                 derivative /= widening[:, None]
                 derivative += stretch * (slope[:, m] / widening**2)[:, None]
+            yield derivative
+
+    def _moment_derivatives(
+        self, points: Array, kernel: Array, widening: Array, slope: Array, columns: Array
+    ) -> Iterator[Array]:
+        """For m = 0, 1, 2 the derivative of ``kernel @ columns`` along x_m, without forming that of the kernel.
+
+        d f_I / d x_m = 2 (x_I - x)_m / (w r_I^2) f_I, so products with columns scaled by nodes and radii are enough.
+        """
+        narrow = columns * (2.0 / self.radii**2)[:, None]
+        total = kernel @ narrow
+        far = np.flatnonzero(slope.any(axis=1))
+        stretch = (kernel[far] * self._exponents(points[far])) @ columns
+        for m in range(3):
+            derivative = kernel @ (narrow * self.nodes[:, m : m + 1])
+            derivative -= total * points[:, m : m + 1]
+            derivative[far] /= widening[far, None]
+            derivative[far] += stretch * (slope[far, m] / widening[far] ** 2)[:, None]
             yield derivative
 
     def _moment_columns(self, coefficients: Array) -> Array:

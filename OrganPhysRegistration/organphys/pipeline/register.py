@@ -31,6 +31,11 @@ from .scene import Scene, select_scene
 STATE_POINTS = 10_000
 
 
+# The matrices are small and the stages bring their own two threads: BLAS threads beside them cost tenfold time.
+one_blas_thread = threadpool_limits.wrap(limits=1, user_api="blas")
+
+
+@one_blas_thread
 def register(
     organ: Organ,
     splat: GaussianCloud,
@@ -53,9 +58,7 @@ def register(
     positions, landmark_notices = checked_landmarks(landmarks, organ)
     scene = select_scene(splat, box, options, progress)
     run = run_default if options.method == "organphys" else run_paper
-    # The matrices are small and the stages bring their own two threads: BLAS threads beside them cost tenfold time.
-    with threadpool_limits(1, user_api="blas"):
-        found = run(organ, scene, positions, camera, unit, options, progress)
+    found = run(organ, scene, positions, camera, unit, options, progress)
     exact = unit.mm_per_unit if unit is not None and unit.percent == 0 else None
     registered = _registered_organ(organ, found.elastic, exact, dict(provenance or {}))
     similarities = {"before": _before(organ, scene, found), **found.similarities, "elastic": registered.T_scene_ct}

@@ -16,13 +16,14 @@ from ..exports.report import write_report
 from ..exports.report_content import PictureStrip, ReportContent, ReportTable, StagePicture
 from ..exports.surface_vtp import write_surface_vtp
 from ..ground.checks import Array
-from .register import peak_memory_mb
+from .register import one_blas_thread, peak_memory_mb
 from .registration import Registration
 
 ASSET, JSON, SURFACE, REPORT = "organ.organphys", "registration.json", "surface.vtp", "report.html"
 STAGES = ("before", "coarse", "rigid", "elastic")
 
 
+@one_blas_thread
 def write_outputs(
     registration: Registration,
     folder: str | os.PathLike[str],
