@@ -13,6 +13,7 @@ from ..ground.frames import Normalisation
 from .outside_field import OutsideField, build_outside_field
 from .surface_distance import SurfaceDistance
 
+FEW = 20_000  # up to so many points a test for lying inside is quicker than baking the outside field
 CHUNK = 8192  # points at once: some 100 MB with gradients at 20 handles
 
 
@@ -41,17 +42,26 @@ class Deformation:
 
     def displacement(self, points: Array) -> Array:
         """Displacement (N, 3), mm."""
+        move = self._own if self._all_inside(points) else self._displacement
         u = np.empty((len(points), 3))
         for part in _chunks(len(points)):
-            u[part] = self._displacement(points[part])
+            u[part] = move(points[part])
         return u
 
     def displacement_and_gradient(self, points: Array) -> tuple[Array, Array]:
         """Displacement (N, 3), mm, and its exact gradient (N, 3, 3)."""
+        if self._all_inside(points):
+            return self.inside(points)
         u, gradient = np.empty((len(points), 3)), np.empty((len(points), 3, 3))
         for part in _chunks(len(points)):
             u[part], gradient[part] = self._with_gradient(points[part])
         return u, gradient
+
+    def _all_inside(self, points: Array) -> bool:
+        """Whether the field beside the organ can be left unbaked: it is not there yet, and few points need no bake."""
+        if "outside" in vars(self) or len(points) > FEW:
+            return False
+        return not (self.surface.signed(points) > 0).any()
 
     def _displacement(self, points: Array) -> Array:
         u, field = np.zeros((len(points), 3)), self.outside

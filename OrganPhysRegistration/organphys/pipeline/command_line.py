@@ -9,7 +9,9 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import signal
 import sys
+import threading
 from collections.abc import Sequence
 from importlib import import_module
 from typing import NoReturn
@@ -47,6 +49,8 @@ def build_parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit code. Option errors and --help leave by SystemExit, as argparse does."""
     arguments = build_parser().parse_args(_with_negative_values(sys.argv[1:] if argv is None else argv))
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, _stop)
     try:
         import_module(f".commands_{arguments.command}", __package__).run(arguments)
     except KeyboardInterrupt:
@@ -60,6 +64,11 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         return _fail(f"organphys: error: {message}", _ERROR)
     return _DONE
+
+
+def _stop(number: int, frame: object) -> NoReturn:
+    """SIGTERM ends the command as Ctrl-C does: what is half-written is removed."""
+    raise KeyboardInterrupt
 
 
 def _one_line(error: Exception) -> str | None:

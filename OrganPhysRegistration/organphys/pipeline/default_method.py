@@ -10,7 +10,7 @@ from ..align.landmark_prior import ON_SURFACE, LandmarkPrior
 from ..align.pose_view import pose_view
 from ..align.splat_view import SplatView, splat_view
 from ..align.start_search import Starts, search_start
-from ..elastic.elastic_registration import ElasticOptions, register_elastically
+from ..elastic.elastic_registration import SHORT, ElasticOptions, register_elastically
 from ..elastic.joint_scale import ScalePrior
 from ..elastic.mode_choice import Modes, choose_mode
 from ..elastic.records import ElasticResult
@@ -45,7 +45,7 @@ def run_default(
     samples = sample_surface(organ, seed=seed)
     view = splat_view(scene.centres, scene.others, camera, seed=seed)
     prior, expected = LandmarkPrior.of(landmarks, samples), unit_scale(unit, samples)
-    starts, unit_notes = _search(samples, view, prior, unit, seed, progress)
+    starts, free_start = _search(samples, view, prior, expected, seed, progress)
     marks.append(perf_counter())
     progress("basis", 0.0)
     reduced = reduce_organ(organ, samples, seed=seed)
@@ -57,6 +57,7 @@ def run_default(
     modes = choose_mode(
         reduced, view, starts.modes().poses, landmarks=prior, scale_prior=prior_of_scale, progress=progress
     )
+    unit_notes = _unit_notices(reduced, view, free_start, unit)
     marks.append(perf_counter())
     elastic_options = ElasticOptions.stiffness(options.stiffness)
     recorder = ElasticRecorder(reduced, view, elastic_options, progress)
@@ -93,20 +94,23 @@ def run_default(
 
 
 def _search(
-    samples: SurfaceSamples,
-    view: SplatView,
-    prior: LandmarkPrior,
-    unit: SceneUnit | None,
-    seed: int,
-    progress: Progress,
-) -> tuple[Starts, tuple[Notice, ...]]:
-    """Starts at the stated scale if there is one; a search without it tells whether that scale can be right."""
-    starts = search_start(samples, view, landmarks=prior, seed=seed, progress=progress)
-    expected = unit_scale(unit, samples)
-    if expected is None:
-        return starts, ()
-    notices = unit_notices(float(starts.poses.scale[0]), samples, unit)
-    return search_start(samples, view, landmarks=prior, scale=expected, seed=seed, progress=progress), notices
+    samples: SurfaceSamples, view: SplatView, prior: LandmarkPrior, scale: float | None, seed: int, progress: Progress
+) -> tuple[Starts, Similarity]:
+    """Starts at the stated scale if there is one, and the best start of a search without it."""
+    free = search_start(samples, view, landmarks=prior, seed=seed, progress=progress)
+    if scale is None:
+        return free, free.poses.at(0)
+    return search_start(samples, view, landmarks=prior, scale=scale, seed=seed, progress=progress), free.poses.at(0)
+
+
+def _unit_notices(
+    organ: ReducedOrgan, view: SplatView, free_start: Similarity, unit: SceneUnit | None
+) -> tuple[Notice, ...]:
+    """Whether a short elastic fit that does not know the unit contradicts it."""
+    if unit is None:
+        return ()
+    state, _ = register_elastically(organ, view, free_start, options=ElasticOptions(levels=SHORT))
+    return unit_notices(state.pose.scale, organ.samples, unit)
 
 
 def _notices(modes: Modes, organ: ReducedOrgan, landmarks: LandmarkPrior) -> list[Notice]:

@@ -10,7 +10,9 @@ from ..ground.notices import Notice
 from ..points.point_sets import SceneUnit
 from ..points.surface_samples import SurfaceSamples
 
-DISAGREES = 1.25  # ratio of scales that the free start search cannot miss by chance (its own error is some 10 %)
+DISAGREES = (
+    1.15  # ratio of scales beyond the error of a short elastic fit without the unit (up to 8 % on the dev cases)
+)
 
 
 def unit_scale(unit: SceneUnit | None, samples: SurfaceSamples) -> float | None:
