@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
@@ -10,10 +11,10 @@ from ..align.landmark_prior import ON_SURFACE, LandmarkPrior
 from ..align.pose_view import pose_view
 from ..align.splat_view import SplatView, splat_view
 from ..align.start_search import Starts, search_start
-from ..elastic.elastic_registration import SHORT, ElasticOptions, register_elastically
+from ..elastic.elastic_registration import SHORT, ElasticOptions, ElasticState, register_elastically
 from ..elastic.joint_scale import ScalePrior
 from ..elastic.mode_choice import Modes, choose_mode
-from ..elastic.records import ElasticResult
+from ..elastic.records import ElasticResult, ElasticStep
 from ..elastic.reduced_organ import ReducedOrgan, reduce_organ
 from ..ground.checks import Array
 from ..ground.frames import Similarity
@@ -28,6 +29,24 @@ from .scale_checks import scale_prior, unit_notices, unit_scale
 from .scene import Scene
 
 AMBIGUOUS = 0.05
+
+
+@dataclass(frozen=True)
+class _Stages:
+    """What the stages found, in the camera and normalised CT frames."""
+
+    samples: SurfaceSamples
+    view: SplatView
+    starts: Starts
+    organ: ReducedOrgan
+    modes: Modes
+    state: ElasticState
+    report: SolveReport
+    steps: tuple[ElasticStep, ...]
+
+    def T_scene_ct(self, T_camera_normalised: Similarity) -> Similarity:
+        T_normalised_ct = self.samples.normalisation.T_ct_normalised.inverse()
+        return self.view.T_camera_scene.inverse() @ T_camera_normalised @ T_normalised_ct
 
 
 def run_default(
@@ -54,9 +73,8 @@ def run_default(
     def prior_of_scale(start: Similarity) -> ScalePrior:
         return scale_prior(start, expected, unit)
 
-    modes = choose_mode(
-        reduced, view, starts.modes().poses, landmarks=prior, scale_prior=prior_of_scale, progress=progress
-    )
+    poses = starts.modes().poses
+    modes = choose_mode(reduced, view, poses, landmarks=prior, scale_prior=prior_of_scale, progress=progress)
     unit_notes = _unit_notices(reduced, view, free_start, unit)
     marks.append(perf_counter())
     elastic_options = ElasticOptions.stiffness(options.stiffness)
@@ -66,30 +84,34 @@ def run_default(
     )
     state = state.without_rigid_part(reduced)
     marks.append(perf_counter())
-    T_scene_camera, T_normalised_ct = view.T_camera_scene.inverse(), samples.normalisation.T_ct_normalised.inverse()
-    start = starts.poses.at(0)
-    return MethodResult(
-        similarities={
-            "coarse": T_scene_camera @ start @ T_normalised_ct,
-            "rigid": T_scene_camera @ modes.best @ T_normalised_ct,
-        },
-        coarse_view=pose_view(start, samples, view),
-        elastic=ElasticResult(
-            T_scene_ct=T_scene_camera @ state.pose @ T_normalised_ct,
-            normalisation=samples.normalisation,
-            basis=reduced.basis,
-            z=state.z,
-            quadrature_points=reduced.elasticity.points,
-            steps=tuple(recorder.steps),
-            report=report,
-        ),
-        stops={
-            "coarse": SolveReport(Stop.SEARCHED, starts.candidates),
-            "rigid": SolveReport(Stop.SEARCHED, len(modes.scores)),
-            "elastic": report,
-        },
+    return _result(
+        _Stages(samples, view, starts, reduced, modes, state, report, tuple(recorder.steps)),
         seconds=dict(zip(("coarse", "basis", "rigid", "elastic"), np.diff(marks).tolist(), strict=True)),
         notices=(*view.notices, *unit_notes, *_notices(modes, reduced, prior)),
+    )
+
+
+def _result(found: _Stages, *, seconds: dict[str, float], notices: tuple[Notice, ...]) -> MethodResult:
+    start = found.starts.poses.at(0)
+    return MethodResult(
+        similarities={"coarse": found.T_scene_ct(start), "rigid": found.T_scene_ct(found.modes.best)},
+        coarse_view=pose_view(start, found.samples, found.view),
+        elastic=ElasticResult(
+            T_scene_ct=found.T_scene_ct(found.state.pose),
+            normalisation=found.samples.normalisation,
+            basis=found.organ.basis,
+            z=found.state.z,
+            quadrature_points=found.organ.elasticity.points,
+            steps=found.steps,
+            report=found.report,
+        ),
+        stops={
+            "coarse": SolveReport(Stop.SEARCHED, found.starts.candidates),
+            "rigid": SolveReport(Stop.SEARCHED, len(found.modes.scores)),
+            "elastic": found.report,
+        },
+        seconds=seconds,
+        notices=notices,
     )
 
 
