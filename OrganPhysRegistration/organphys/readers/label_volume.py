@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..ground.checks import Array, InputError
 from ..ground.frames import ras_from_lps
 from ..ground.progress import Progress, no_progress
+from .library_messages import library_messages, tells_damage
 from .volume_checks import check_declared_size, check_is_volume_file
 
 STREAM_ABOVE_BYTES = 300_000_000  # larger NIfTI files are read in slabs; ITK holds each slab twice
@@ -63,10 +64,12 @@ def read_header(path: str | Path) -> VolumeHeader:
     path = Path(path)
     check_is_volume_file(path)
     reader = _reader(path)
+    messages: list[str] = []
     try:
-        reader.ReadImageInformation()
+        with library_messages() as messages:
+            reader.ReadImageInformation()
     except RuntimeError as error:
-        reason = _first_reason(error)
+        reason = _reason(error, messages)
         raise InputError(f"{path}: not readable as a label map ({reason}); save it anew from 3D Slicer") from error
     size, dimension = reader.GetSize(), reader.GetDimension()
     components = reader.GetNumberOfComponents()
@@ -119,13 +122,15 @@ def _read(header: VolumeHeader, start: int, stop: int) -> Any:
     if (start, stop) != (0, header.shape[0]):
         reader.SetExtractIndex((0, 0, start))
         reader.SetExtractSize((header.shape[2], header.shape[1], stop - start))
+    messages: list[str] = []
     try:
-        return reader.Execute()
+        with library_messages() as messages:
+            image = reader.Execute()
     except (RuntimeError, MemoryError) as error:
-        reason = _first_reason(error)
-        raise InputError(
-            f"{header.path}: damaged or incomplete ({reason}); copy it again with all its parts"
-        ) from error
+        raise _damaged(header.path, _reason(error, messages)) from error
+    if tells_damage(messages):
+        raise _damaged(header.path, messages[0])
+    return image
 
 
 def _layer_view(image: Any, layer: int) -> NDArray[Any]:
@@ -163,7 +168,13 @@ def _bytes_per_voxel(pixel_type: str, path: Path) -> int:
     raise InputError(f"{path}: pixel type {pixel_type!r} is no label type; save the labels as integers")
 
 
-def _first_reason(error: BaseException) -> str:
-    """The last, most specific line of an ITK message."""
+def _damaged(path: Path, reason: str) -> InputError:
+    return InputError(f"{path}: damaged or incomplete ({reason}); copy it again with all its parts")
+
+
+def _reason(error: BaseException, messages: list[str]) -> str:
+    """What the library printed, else the last, most specific line of its error."""
+    if messages:
+        return messages[0][:160]
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     return (lines[-1] if lines else type(error).__name__)[:160]
