@@ -62,7 +62,8 @@ def splat_surface(centres: Array, *, options: SplatSurfaceOptions | None = None,
         )
     normals = towards_camera(points, plane_normals(points, options.normal_neighbours))
     dense, dense_normals = _neighbourhood(centres, points, normals, cleaning.spacing, options.dense, seed)
-    samples, sample_normals = cell_averages(dense, dense_normals, options.samples)
+    count = min(options.samples, len(dense) // 3)  # a sparse splat needs larger cells, or each would hold one point
+    samples, sample_normals = cell_averages(dense, dense_normals, count)
     radius = float(np.sqrt(((points - points.mean(0)) ** 2).sum(1).mean()))
     return SplatSurface(points, normals, samples, sample_normals, cleaning.spacing, radius)
 

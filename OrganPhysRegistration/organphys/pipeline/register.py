@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 from ..align.metrics import strain_percentiles, surface_distances, volume_drift_percent
 from ..asset.registered_organ import VOLUME_POINTS, RegisteredOrgan
 from ..elastic.records import ElasticResult
-from ..ground.checks import Array
+from ..ground.checks import Array, InputError
 from ..ground.frames import Similarity
 from ..ground.progress import Progress, no_progress
 from ..mechanics.tissue import tissue_for
@@ -28,6 +28,7 @@ from .result_notices import SurfaceState, result_notices
 from .scene import Scene, select_scene
 
 STATE_POINTS = 10_000
+FEWEST_VOXELS = 60  # the basis needs a few more nodes than its handles
 
 
 # The matrices are small and the stages bring their own two threads: BLAS threads beside them cost tenfold time.
@@ -54,6 +55,7 @@ def register(
     """
     began = perf_counter()
     options, camera = options or RegisterOptions(), camera or Camera()
+    _check_size(organ)
     positions, landmark_notices = checked_landmarks(landmarks, organ)
     scene = select_scene(splat, box, options, progress)
     run = run_default if options.method == "organphys" else run_paper
@@ -99,6 +101,14 @@ def peak_memory_mb() -> float | None:
         return None
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak / (2**20 if sys.platform == "darwin" else 2**10)
+
+
+def _check_size(organ: Organ) -> None:
+    if len(organ.volume_points) < FEWEST_VOXELS:
+        raise InputError(
+            f"organ: {organ.name} has only {len(organ.volume_points)} voxels ({organ.volume_ml:.3g} ml), at least "
+            f"{FEWEST_VOXELS} are needed; use a finer label map or check the label"
+        )
 
 
 def _before(organ: Organ, scene: Scene, found: MethodResult) -> Similarity:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ground.checks import Array
+from ..ground.checks import Array, InputError
 from ..ground.notices import Notice
 from ..ground.progress import Progress
 from ..points.point_sets import Box, GaussianCloud
@@ -17,6 +17,7 @@ from .registration import RegisterOptions
 
 TARGET_POINTS = 5000
 PICTURE_POINTS = 60_000
+ON_A_LINE = 1e-4  # ratio of the second largest extent to the largest
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,7 @@ def select_scene(splat: GaussianCloud, box: Box | None, options: RegisterOptions
         chosen, cleaning = select_clean_target(splat, opacity=options.opacity, box=box, progress=progress)
         notices.append(cleaning.notice)
     centres = splat.centres[chosen].astype(np.float64)
+    _check_spread(centres)
     others = splat.centres[opaque & ~inside].astype(np.float64)
     shown = np.flatnonzero(opaque)
     return Scene(
@@ -49,3 +51,14 @@ def select_scene(splat: GaussianCloud, box: Box | None, options: RegisterOptions
         picture=shown[random_subset(len(shown), PICTURE_POINTS, options.seed)],
         notices=tuple(notices),
     )
+
+
+def _check_spread(centres: Array) -> None:
+    """InputError where the points (N, 3) are one point or a line, so that no surface can be seen in them."""
+    offsets = centres - centres.mean(0)
+    variances = np.linalg.eigvalsh(offsets.T @ offsets)
+    if variances[1] <= ON_A_LINE**2 * variances[2]:
+        raise InputError(
+            f"splat: its {len(centres)} opaque Gaussians lie on one line or point; "
+            "check the file, the ROI and --opacity"
+        )
