@@ -21,6 +21,8 @@ def whole_or_nothing(folder: str | Path) -> Iterator[Path]:
     InputError at once where ``folder`` cannot be made or written. After an exception, Ctrl-C too, ``folder`` is as
     it was: what it held before stays, and it is removed again if it was made here.
     """
+    if not str(folder).strip():
+        raise InputError("output folder: no name given; name a folder for the results")
     target = Path(folder)
     made = [parent for parent in (target, *target.parents) if not parent.exists()]
     try:
@@ -34,8 +36,9 @@ def whole_or_nothing(folder: str | Path) -> Iterator[Path]:
         yield stage
         _move_files(stage, target)
     finally:
-        shutil.rmtree(stage, ignore_errors=True)
-        _remove_empty(made)
+        with _interrupts_held():
+            shutil.rmtree(stage, ignore_errors=True)
+            _remove_empty(made)
 
 
 def _move_files(stage: Path, target: Path) -> None:
@@ -50,15 +53,16 @@ def _move_files(stage: Path, target: Path) -> None:
 
 @contextmanager
 def _interrupts_held() -> Iterator[None]:
-    """Ctrl-C is ignored for the length of the block; only the main thread may ask for that."""
+    """Ctrl-C and SIGTERM are ignored for the length of the block; only the main thread may ask for that."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _remove_empty(folders: list[Path]) -> None:
