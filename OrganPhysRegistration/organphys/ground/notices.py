@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Notice:
@@ -11,3 +13,8 @@ class Notice:
 
     code: str
     message: str
+
+
+def plain_number(value: float) -> str:
+    """Three significant digits without an exponent: 19200, 1.16, 0.000453."""
+    return np.format_float_positional(value, precision=3, fractional=False, trim="-")

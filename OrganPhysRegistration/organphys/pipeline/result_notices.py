@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..ground.checks import Array
-from ..ground.notices import Notice
+from ..ground.notices import Notice, plain_number
 
 SEEN_WITHIN = 0.1  # of the organ's rms radius: a vertex this near to the splat and facing the camera counts as seen
 LITTLE_SEEN = 0.15
@@ -71,8 +71,8 @@ def _volume(name: str, volume_ml: float) -> Notice | None:
         return None
     return Notice(
         "implausible_volume",
-        f"The organ measures {volume_ml:.3g} ml in the CT, outside the plausible {known[0]} to {known[1]} ml: "
-        "check the label and the spacing of the CT.",
+        f"The organ measures {plain_number(volume_ml)} ml in the CT, outside the plausible {known[0]} to "
+        f"{known[1]} ml: check the label and the spacing of the CT.",
     )
 
 
@@ -82,7 +82,7 @@ def _working_distance(points: Array, camera_position: Array, mm_per_unit: float)
         return None
     return Notice(
         "implausible_scale",
-        f"At the registered scale the organ begins {nearest:.3g} mm from the camera; endoscopes work at "
+        f"At the registered scale the organ begins {plain_number(nearest)} mm from the camera; endoscopes work at "
         f"{ENDOSCOPE_MM[0]:.0f} to {ENDOSCOPE_MM[1]:.0f} mm. Check the camera position and the scale.",
     )
 

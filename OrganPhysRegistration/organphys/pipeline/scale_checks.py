@@ -6,7 +6,7 @@ import numpy as np
 
 from ..elastic.joint_scale import ScalePrior
 from ..ground.frames import Similarity
-from ..ground.notices import Notice
+from ..ground.notices import Notice, plain_number
 from ..points.point_sets import SceneUnit
 from ..points.surface_samples import SurfaceSamples
 
@@ -37,6 +37,7 @@ def unit_notices(free_scale: float, samples: SurfaceSamples, unit: SceneUnit | N
         Notice(
             "scale_disagrees",
             f"The stated unit, {unit.mm_per_unit:g} mm per scene unit, disagrees with the organ's size in the splat: "
-            f"the fit without it finds {found:.3g} mm per unit. Check the unit of the splat and the CT's spacing.",
+            f"the fit without it finds {plain_number(found)} mm per unit. "
+            "Check the unit of the splat and the CT's spacing.",
         ),
     )
