@@ -110,7 +110,7 @@ def test_json_size_and_path(tmp_path):
         read_json(save(tmp_path / "a.json", " " * (MAX_JSON_BYTES + 1)))
     with pytest.raises(InputError, match="no such file"):
         read_json(tmp_path / "none.json")
-    with pytest.raises(InputError, match="no such file"):
+    with pytest.raises(InputError, match="this is a folder"):
         read_json(tmp_path)
     (tmp_path / "b.json").write_bytes(b"\xff\xfe{}")
     with pytest.raises(InputError, match="no valid JSON"):

@@ -29,7 +29,13 @@ def as_points(points: ArrayLike, name: str = "points", *, minimum: int = 1) -> A
 
 def as_vector(vector: ArrayLike, name: str = "vector") -> Array:
     """Finite float64 array of shape (3,)."""
-    return as_points(np.reshape(np.asarray(vector, dtype=np.float64), (1, -1)), name)[0]
+    try:
+        array = np.asarray(vector, dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.zeros(0)
+    if array.shape != (3,) or not np.isfinite(array).all():
+        raise InputError(f"{name}: expected three finite numbers, got {str(vector)[:60]}")
+    return array
 
 
 def as_positive(value: float, name: str) -> float:

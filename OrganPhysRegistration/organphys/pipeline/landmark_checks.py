@@ -21,17 +21,18 @@ def checked_landmarks(landmarks: Landmarks | None, organ: Organ) -> tuple[Array,
     distance, vertex = cKDTree(organ.vertices).query(positions)
     notices = []
     for k, far in enumerate(distance):
-        name = landmarks.names[k] if k < len(landmarks.names) else f"number {k + 1}"
+        name = _called(landmarks.names[k] if k < len(landmarks.names) else f"number {k + 1}")
         if far > TOO_FAR_MM:
             raise InputError(
-                f"landmark {name}: it lies {far:.0f} mm from the {organ.name} (at most {TOO_FAR_MM:.0f} mm); "
+                f"{name} lies {far:.0f} mm from the organ, {organ.name} (at most {TOO_FAR_MM:.0f} mm); "
                 "check that the landmarks belong to this CT and organ and that RAS and LPS are not mixed up"
             )
         if far > ON_SURFACE_MM:
             positions[k] = organ.vertices[vertex[k]]
-            notices.append(
-                Notice(
-                    "landmark_projected", f"Landmark {name} lay {far:.0f} mm off the organ and was put on its surface."
-                )
-            )
+            text = f"{name} lay {far:.0f} mm off the organ and was put on its surface."
+            notices.append(Notice("landmark_projected", text[0].upper() + text[1:]))
     return positions, tuple(notices)
+
+
+def _called(name: str) -> str:
+    return name if name.lower().startswith("landmark") else f"landmark {name}"

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from ..ground.checks import Array, InputError, as_positive, as_vector
 from ..ground.notices import Notice
 
+LEAST_UNIT_MM = 1e-6
+
 
 @dataclass(frozen=True)
 class Organ:
@@ -96,7 +98,7 @@ class Camera:
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", as_vector(self.position, "camera position"))
         if self.fov_deg is not None and not 1 <= as_positive(self.fov_deg, "field of view") < 180:
-            raise InputError(f"field of view: expected 1 to 180 degrees, got {self.fov_deg}")
+            raise InputError(f"field of view: expected from 1 to below 180 degrees, got {self.fov_deg}")
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,9 @@ class SceneUnit:
     percent: float = 0.0
 
     def __post_init__(self) -> None:
-        as_positive(self.mm_per_unit, "mm per unit")
+        if not LEAST_UNIT_MM <= as_positive(self.mm_per_unit, "mm per unit") <= 1 / LEAST_UNIT_MM:
+            raise InputError(
+                f"mm per unit: expected {LEAST_UNIT_MM:g} to {1 / LEAST_UNIT_MM:g} mm, got {self.mm_per_unit}"
+            )
         if not 0 <= self.percent <= 100:
             raise InputError(f"mm per unit: expected a deviation of 0 to 100 percent, got {self.percent}")

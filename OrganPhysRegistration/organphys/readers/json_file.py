@@ -15,6 +15,8 @@ MAX_JSON_BYTES = 16_000_000
 def read_text(path: str | Path) -> str:
     """The text of a file of at most 16 MB; bytes that are no UTF-8 are replaced."""
     path = Path(path)
+    if os.path.isdir(path):
+        raise InputError(f"{path}: this is a folder; name a file in it")
     if not os.path.isfile(path):
         raise InputError(f"{path}: no such file; check the path")
     try:

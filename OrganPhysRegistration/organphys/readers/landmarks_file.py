@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..ground.checks import InputError, as_points
+from ..ground.checks import Array, InputError, as_points, as_vector
 from ..ground.frames import ras_from_lps
 from ..points.point_sets import Landmarks
 from .json_file import is_lps, markups_of, read_json, read_text
@@ -29,6 +29,8 @@ def read_landmarks(path_or_text: str | Path) -> Landmarks:
     if isinstance(path_or_text, str) and COORDINATES.fullmatch(text.strip()):
         return _from_text(text)
     path = Path(path_or_text)
+    if os.path.isdir(text):
+        raise InputError(f"{text}: this is a folder; name the landmark file in it")
     if not os.path.isfile(path):  # also False for names the system refuses
         raise InputError(f"{text}: no such file; give .mrk.json, .fcsv or coordinates as 'x,y,z; x,y,z' (RAS mm)")
     name = path.name.lower()
@@ -69,10 +71,17 @@ def _from_markups(path: Path) -> tuple[list[Any], list[str]]:
         for point in points:
             if point.get("positionStatus", "defined") != "defined":
                 continue
-            position = as_points([point.get("position")], f"{path}: position of a control point")[0]
+            position = _position(point.get("position"), path)
             positions.append(ras_from_lps(position) if lps else position)
             names.append(str(point.get("label") or f"landmark {len(positions)}"))
     return positions, names
+
+
+def _position(value: Any, path: Path) -> Array:
+    try:
+        return as_vector(value, f"{path}: position of a landmark")
+    except InputError as error:
+        raise InputError(f"{error}; save the landmarks again") from error
 
 
 def _from_fcsv(path: Path) -> tuple[list[Any], list[str]]:
@@ -90,7 +99,7 @@ def _from_fcsv(path: Path) -> tuple[list[Any], list[str]]:
         raise InputError(f"{path}: the columns line names no x, y, z; save the list again")
     positions, names = [], []
     for row in csv.DictReader((x for x in lines if x.strip() and x[0] != "#"), fieldnames=columns):
-        position = as_points([[row[axis] for axis in "xyz"]], f"{path}: a landmark's position")[0]
+        position = _position([row[axis] for axis in "xyz"], path)
         positions.append(ras_from_lps(position) if system in ("1", "LPS") else np.asarray(position))
         names.append(row.get("label") or f"landmark {len(positions)}")
     return positions, names

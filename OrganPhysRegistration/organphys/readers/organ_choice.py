@@ -49,9 +49,11 @@ def name_key(name: str) -> str:
 
 
 def present(header: VolumeHeader, label_scheme: str | None) -> str:
-    """'present: ...' with all labels, their names where known, and volumes."""
+    """'present: ...' with all labels, their names where known, and volumes; InputError where there is none."""
     found = ", ".join(str(count) for count in count_labels(header, label_scheme=label_scheme))
-    return f"present: {found or 'no label at all'}"
+    if not found:
+        raise InputError(f"{header.path}: the label map is empty, every voxel is 0; give the map that holds the organ")
+    return f"present: {found}"
 
 
 def _by_labels(

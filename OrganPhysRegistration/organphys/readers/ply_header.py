@@ -64,6 +64,8 @@ class PlyHeader:
 def read_ply_header(path: str | Path) -> PlyHeader:
     """Header of a PLY file; InputError where it is no PLY, damaged, or the file is shorter than it declares."""
     path = Path(path)
+    if os.path.isdir(path):
+        raise InputError(f"{path}: this is a folder; name the splat in it (.ply)")
     if not os.path.isfile(path):
         raise InputError(f"{path}: no such file; give a splat (.ply)")
     try:
@@ -71,6 +73,8 @@ def read_ply_header(path: str | Path) -> PlyHeader:
             head = file.read(MAX_HEADER_BYTES)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); check its permissions") from error
+    if not head:
+        raise InputError(f"{path}: the file is empty; copy or export the splat again")
     if not head.startswith((b"ply\n", b"ply\r\n")):
         raise InputError(f"{path}: not a PLY file, its first line is not 'ply'; export the splat as PLY")
     end = head.find(b"\nend_header") + 1

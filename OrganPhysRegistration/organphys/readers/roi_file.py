@@ -70,6 +70,7 @@ def _numbers(value: Any, shape: tuple[int, ...] | None, name: str, path: Path) -
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"{path}: {name} does not hold numbers; save the region again") from error
+    expected = "" if shape is None else shape[0]
     if (shape is not None and array.shape != shape) or not np.isfinite(array).all():
-        raise InputError(f"{path}: {name} should be {shape} finite numbers, got {str(value)[:60]}")
+        raise InputError(f"{path}: {name} should be {expected} finite numbers, got {str(value)[:60]}; save it again")
     return array

@@ -55,7 +55,7 @@ def read_organ(
     if mask is None:
         ids = "+".join(map(str, choice.labels))
         wanted = f"label {ids}" if choice.name == f"label {ids}" else f"{choice.name!r} (label {ids})"
-        raise InputError(f"{header.path}: {wanted} is not in the map; {present(header, label_scheme)}")
+        raise InputError(f"{header.path}: {wanted} is not in the map; give one that is {present(header, label_scheme)}")
     mask, notices = clean_mask(mask, header.spacing_mm, opening=opening, close_holes=close_holes)
     return _organ(header, mask, corner, name=choice.name, notices=notices)
 

@@ -24,12 +24,15 @@ def check_is_volume_file(path: Path) -> None:
     if os.path.isfile(path) and not os.access(path, os.R_OK):
         raise InputError(f"{path}: cannot be read; check its permissions")
     if os.path.isdir(path) or _is_dicom(path):
+        what = "this is a folder, and DICOM" if os.path.isdir(path) else "DICOM"
         raise InputError(
-            f"{path}: DICOM is not read directly; load it in 3D Slicer and save the segmentation as .seg.nrrd, "
+            f"{path}: {what} is not read directly; load it in 3D Slicer and save the segmentation as .seg.nrrd, "
             "or convert a DICOM SEG with dcmqi's segimage2itkimage"
         )
     if not os.path.isfile(path):
         raise InputError(f"{path}: no such file; give a label map (.nii.gz, .nrrd, .seg.nrrd, .mha)")
+    if path.stat().st_size == 0:
+        raise InputError(f"{path}: the file is empty; copy or export it again")
     if not path.name.lower().endswith(SUFFIXES):
         raise InputError(f"{path}: unknown kind of label map; give .nii, .nii.gz, .nrrd, .seg.nrrd, .mha or .mhd")
 
