@@ -31,7 +31,7 @@ def test_scheme_gives_the_label(tmp_path):
     kidney = read_organ(path, organ="right  Kidney", label_scheme="totalsegmentator")
     assert kidney.name == "kidney_right" and kidney.volume_points[:, 0].max() < 20
     assert read_organ(path, organ="5", label_scheme="amos").name == "esophagus"
-    with pytest.raises(InputError, match=r"'spleen' \(label 1\) is not in the map; give one that is present: 2 kidney_right"):
+    with pytest.raises(InputError, match=r"'spleen' \(label 1\) is not in the map; .* present: 2 kidney_right"):
         read_organ(path, organ="spleen", label_scheme="totalsegmentator")
     with pytest.raises(InputError, match="knows an organ 'hart'; present: 2 kidney_right"):
         read_organ(path, organ="hart", label_scheme="totalsegmentator")

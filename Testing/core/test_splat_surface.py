@@ -131,3 +131,11 @@ def test_camera_in_the_middle_is_refused():
     symmetric = np.vstack([points, -points])
     with pytest.raises(InputError, match="camera"):
         look(np.vstack([symmetric, np.zeros((1, 3))]) + 4.0, Camera(position=np.full(3, 4.0)))
+
+
+def test_a_sparse_splat_has_samples_too():
+    random = np.random.default_rng(0)
+    sheet = np.column_stack([random.uniform(-1, 1, (600, 2)), np.full(600, 5.0)])
+    surface = splat_surface(sheet)
+    assert len(surface.samples) > 100
+    np.testing.assert_allclose(surface.samples[:, 2], 5.0)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..ground.checks import Array, InputError
+from ..points.neighbours import nearest_neighbours
 from ..points.sampling import cell_keys, random_subset
 from ..points.target_selection import CleaningOptions, clean_points
 
@@ -73,14 +74,14 @@ def _neighbourhood(
 ) -> tuple[Array, Array]:
     """All centres within one ``spacing`` of a cleaned point, with that point's normal."""
     candidates = centres[random_subset(len(centres), most, seed)].astype(np.float64)
-    distance, nearest = cKDTree(points).query(candidates, distance_upper_bound=spacing, workers=-1)
+    distance, nearest = nearest_neighbours(cKDTree(points), candidates, distance_upper_bound=spacing)
     near = np.isfinite(distance)
     return candidates[near], normals[nearest[near]]
 
 
 def plane_normals(points: Array, neighbours: int) -> Array:
     """Unit normals (N, 3) of the least-squares planes of each point's neighbourhood, sign arbitrary."""
-    index = cKDTree(points).query(points, k=neighbours, workers=-1)[1]
+    index = nearest_neighbours(cKDTree(points), points, k=neighbours)[1]
     local = points[index]
     local -= local.mean(1, keepdims=True)
     return np.linalg.eigh(local.transpose(0, 2, 1) @ local)[1][:, :, 0]

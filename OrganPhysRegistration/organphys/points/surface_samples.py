@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from ..ground.checks import Array, InputError
 from ..ground.frames import Normalisation
+from .neighbours import nearest_neighbours
 from .point_sets import Organ
 from .sampling import one_per_cell
 
@@ -64,7 +65,7 @@ class ClosestSampleGrid:
         axes = [low[k] + self.cell * np.arange(self.shape[k]) for k in range(3)]
         nodes = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
         # eps: a table rounded to cells needs no exact neighbour
-        self.nearest: NDArray[np.int32] = cKDTree(points).query(nodes, eps=0.2, workers=-1)[1].astype(np.int32)
+        self.nearest: NDArray[np.int32] = nearest_neighbours(cKDTree(points), nodes, eps=0.2)[1].astype(np.int32)
 
     def lookup(self, x: NDArray[np.floating], y: NDArray[np.floating], z: NDArray[np.floating]) -> NDArray[np.int32]:
         """Indices of the nearest samples, any shape, for coordinates given per axis."""

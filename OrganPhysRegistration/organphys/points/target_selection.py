@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 from ..ground.checks import Array, InputError
 from ..ground.notices import Notice
 from ..ground.progress import Progress, no_progress
+from .neighbours import nearest_neighbours
 from .point_sets import Box, GaussianCloud
 
 
@@ -116,7 +117,7 @@ def clean_points(
 def _mean_distance(points: Array, neighbours: int) -> Array:
     """Mean distance (N,) of each point to its nearest neighbours, itself left out."""
     count = min(neighbours, len(points) - 1)
-    distance: Array = cKDTree(points).query(points, k=count + 1, workers=-1)[0][:, 1:].mean(axis=1)
+    distance: Array = nearest_neighbours(cKDTree(points), points, k=count + 1)[0][:, 1:].mean(axis=1)
     return distance
 
 
