@@ -170,8 +170,8 @@ def test_scale_prior_is_a_parabola(setting, bent):
 
 def test_scale_prior_of_a_unit():
     assert ScalePrior.of(1.1, 0.0).weight == np.inf
-    assert ScalePrior.of(1.1, 2.0).weight == pytest.approx(0.225)
-    assert ScalePrior.of(1.1, 4.0).weight == pytest.approx(0.225 / 4)
+    assert ScalePrior.of(1.1, 2.0).weight == pytest.approx(0.018)
+    assert ScalePrior.of(1.1, 4.0).weight == pytest.approx(0.018 / 4)
 
 
 def solved(setting, prior, steps=40):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -72,11 +73,15 @@ def search_start(
     *,
     landmarks: LandmarkPrior | None = None,
     scale: float | None = None,
+    scale_range: tuple[float, float] = (0.0, np.inf),
     options: StartSearchOptions | None = None,
     seed: int = 0,
     progress: Progress = no_progress,
 ) -> Starts:
-    """Best poses of the organ in the view. ``scale``: scene units per normalised length where the unit is known."""
+    """Best poses of the organ in the view.
+
+    ``scale``, scene units per normalised length, where it is known; else poses outside ``scale_range`` are left out.
+    """
     options = options or StartSearchOptions()
     grid = ClosestSampleGrid(samples.points)
     normals = None if landmarks is None else landmarks.normals
@@ -84,21 +89,19 @@ def search_start(
         samples, view, landmark_normals=normals, scale=scale, options=options.candidates, seed=seed
     )
     poses, scores = found.poses, np.zeros(0)
+    low, high = max(scale_range[0], found.scale_range[0]), min(scale_range[1], found.scale_range[1])
     next_taus = [stage.tau for stage in options.stages[1:]] + [options.stages[-1].tau]
     with ThreadPoolExecutor(2) as pool:
         for number, (stage, next_tau) in enumerate(zip(options.stages, next_taus, strict=True)):
             progress("coarse", number / len(options.stages))
             fit = TwoWayFit(samples, grid, view, count=stage.points, seed=seed)
-
-            def refine(batch: Poses, fit: TwoWayFit = fit, stage: SearchStage = stage, tau: float = next_tau):  # type: ignore[no-untyped-def]
-                for _ in range(stage.steps):
-                    batch = fit.step(batch, stage.tau, damping=stage.damping, free_scale=scale is None)
-                return batch, sum(fit.score(batch, tau))
-
-            batches = [poses[k : k + stage.batch] for k in range(0, len(poses), stage.batch)]
-            refined = list(pool.map(refine, batches))
+            refine = partial(_refine, fit, stage, next_tau, scale is None)
+            refined = list(pool.map(refine, [poses[k : k + stage.batch] for k in range(0, len(poses), stage.batch)]))
             poses, scores = Poses.join([p for p, _ in refined]), np.concatenate([s for _, s in refined])
-            scores = scores + _prior(poses, view, landmarks, found.scale_range if scale is None else None)
+            if landmarks is not None:
+                scores = scores + landmarks.cost(poses, view)
+            if scale is None:
+                scores = scores + np.where((poses.scale < low) | (poses.scale > high), IMPLAUSIBLE, 0.0)
             if stage.keep is not None:
                 index = poses.distinct(scores, most=stage.keep, angle_deg=stage.apart_deg)
                 poses, scores = poses[index], scores[index]
@@ -107,10 +110,9 @@ def search_start(
     return Starts(poses[order], scores[order], len(found.poses))
 
 
-def _prior(
-    poses: Poses, view: SplatView, landmarks: LandmarkPrior | None, scale_range: tuple[float, float] | None
-) -> Array:
-    cost = np.zeros(len(poses)) if landmarks is None else landmarks.cost(poses, view)
-    if scale_range is not None:
-        cost = cost + np.where((poses.scale < scale_range[0]) | (poses.scale > scale_range[1]), IMPLAUSIBLE, 0.0)
-    return cost
+def _refine(fit: TwoWayFit, stage: SearchStage, next_tau: float, free_scale: bool, poses: Poses) -> tuple[Poses, Array]:
+    """Poses after the stage's steps, and their scores at the width of the next stage."""
+    for _ in range(stage.steps):
+        poses = fit.step(poses, stage.tau, damping=stage.damping, free_scale=free_scale)
+    splat, camera = fit.score(poses, next_tau)
+    return poses, splat + camera

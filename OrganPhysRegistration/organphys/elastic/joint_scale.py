@@ -30,10 +30,10 @@ class ScalePrior:
     def of(cls, expected_gamma: float, percent: float) -> ScalePrior:
         """Prior of a scale known to ``percent`` standard deviation (0: exact).
 
-        Without a prior the registered scale is right to 2 % rms (dev cases), held by the elastic energy of a
-        dilation, alpha K/2 (3 d)^2 = 0.225 d^2 at alpha 0.015 and bulk modulus K = 3.3; a prior of 2 % weighs the same.
+        Without a prior the registered scale is right to 2 % rms, and the objective rises by 0.018 (gamma - gamma*)^2
+        about its optimum (both measured on the dev cases); a prior of 2 % weighs the same.
         """
-        return cls(expected_gamma, np.inf if percent == 0 else 0.225 * (2 / percent) ** 2)
+        return cls(expected_gamma, np.inf if percent == 0 else 0.018 * (2 / percent) ** 2)
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from ..points.point_sets import Camera, Organ, SceneUnit
 from ..points.surface_samples import SurfaceSamples, sample_surface
 from .elastic_recorder import ElasticRecorder
 from .registration import MethodResult, RegisterOptions
-from .scale_checks import scale_prior, unit_notices, unit_scale
+from .scale_checks import NEARLY_EXACT, plausible_scales, scale_prior, unit_notices, unit_scale
 from .scene import Scene
 
 AMBIGUOUS = 0.05
@@ -64,7 +64,7 @@ def run_default(
     samples = sample_surface(organ, seed=seed)
     view = splat_view(scene.centres, scene.others, camera, seed=seed)
     prior, expected = LandmarkPrior.of(landmarks, samples), unit_scale(unit, samples)
-    starts, free_start = _search(samples, view, prior, expected, seed, progress)
+    starts, free_start = _search(samples, view, prior, unit, seed, progress)
     marks.append(perf_counter())
     progress("basis", 0.0)
     reduced = reduce_organ(organ, samples, seed=seed)
@@ -116,13 +116,24 @@ def _result(found: _Stages, *, seconds: dict[str, float], notices: tuple[Notice,
 
 
 def _search(
-    samples: SurfaceSamples, view: SplatView, prior: LandmarkPrior, scale: float | None, seed: int, progress: Progress
+    samples: SurfaceSamples,
+    view: SplatView,
+    prior: LandmarkPrior,
+    unit: SceneUnit | None,
+    seed: int,
+    progress: Progress,
 ) -> tuple[Starts, Similarity]:
-    """Starts at the stated scale if there is one, and the best start of a search without it."""
+    """Starts that keep to the stated unit if there is one, and the best start of a search without it."""
     free = search_start(samples, view, landmarks=prior, seed=seed, progress=progress)
-    if scale is None:
+    expected = unit_scale(unit, samples)
+    if unit is None or expected is None:
         return free, free.poses.at(0)
-    return search_start(samples, view, landmarks=prior, scale=scale, seed=seed, progress=progress), free.poses.at(0)
+    exact = expected if unit.percent <= NEARLY_EXACT else None
+    kept = search_start(
+        samples, view, landmarks=prior, scale=exact, scale_range=plausible_scales(expected, unit.percent),
+        seed=seed, progress=progress,
+    )  # fmt: skip
+    return kept, free.poses.at(0)
 
 
 def _unit_notices(

@@ -10,9 +10,14 @@ from ..ground.notices import Notice, plain_number
 from ..points.point_sets import SceneUnit
 from ..points.surface_samples import SurfaceSamples
 
-DISAGREES = (
-    1.15  # ratio of scales beyond the error of a short elastic fit without the unit (up to 8 % on the dev cases)
-)
+DISAGREES = 1.15  # ratio of scales beyond the error of a short elastic fit without the unit (8 %, dev cases)
+NEARLY_EXACT = 2.0  # percent: a unit as good as this fixes the scale of the start search
+
+
+def plausible_scales(expected: float, percent: float) -> tuple[float, float]:
+    """Range of start scales: three standard deviations of the unit and the 10 % error of a rigid start."""
+    factor = float(np.exp(0.03 * percent + 0.1))
+    return expected / factor, expected * factor
 
 
 def unit_scale(unit: SceneUnit | None, samples: SurfaceSamples) -> float | None:
