@@ -88,6 +88,9 @@ def test_map_there_and_back(result: Path, tmp_path: Path) -> None:
         ("p.csv", b"1,2,3\n1,2\n", "row 2"),
         ("p.csv", b"1,2,3,4\n", "three columns"),
         ("p.csv", b"1,2,nan\n", "not finite"),
+        ("p.csv", b"x,y,z\n", "no points below"),
+        ("p.csv", b"1;2;3\n", "separated by commas"),
+        ("p.csv", b"1,2,1e300\n", "above 1e+12"),
         ("p.npy", b"\x93NUMPY\x01\x00garbage", "not a plain .npy"),
         ("p.txt", b"1,2,3\n", "unknown kind"),
     ],
@@ -112,6 +115,24 @@ def test_pickled_points_are_refused(result: Path, tmp_path: Path, capsys: pytest
         str(tmp_path / "q.npy"),
     ]
     assert "not a plain .npy" in fails(argv, capsys)
+
+
+@pytest.mark.parametrize("array", [np.ones((2, 3), bool), np.ones((2, 3), complex), np.array([["a", "b", "c"]])])
+def test_arrays_that_are_no_real_numbers_are_refused(
+    result: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], array: np.ndarray
+) -> None:
+    np.save(tmp_path / "p.npy", array)
+    argv = ["map", str(result / "organ.organphys"), "--points", str(tmp_path / "p.npy"), "--out"]
+    assert "not real numbers" in fails([*argv, str(tmp_path / "q.npy")], capsys)
+
+
+def test_a_single_point_far_away_maps_there_and_back(result: Path, tmp_path: Path) -> None:
+    point, asset = np.array([[5000.0, 0.0, 0.0]]), str(result / "organ.organphys")
+    np.save(tmp_path / "p.npy", point)
+    assert main(["map", asset, "--points", str(tmp_path / "p.npy"), "--out", str(tmp_path / "q.npy")]) == 0
+    back = ["map", asset, "--points", str(tmp_path / "q.npy"), "--out", str(tmp_path / "r.npy"), "--inverse"]
+    assert main(back) == 0
+    np.testing.assert_allclose(np.load(tmp_path / "r.npy"), point, atol=0.01)
 
 
 def test_info(case: SampleCase, result: Path, capsys: pytest.CaptureFixture[str]) -> None:

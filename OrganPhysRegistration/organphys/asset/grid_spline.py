@@ -55,9 +55,9 @@ class GridSpline:
 
     def _over_yx(self, patch: Array, along_x: Array, along_y: Array) -> Array:
         """Patch contracted over x and y: (N, 4, C)."""
-        count = len(patch)
-        over_x = np.matmul(along_x[:, None, :], patch.reshape(count, 4, -1)).reshape(count, 4, -1)
-        return np.matmul(along_y[:, None, :], over_x).reshape(count, 4, -1)
+        count, channels = len(patch), self.coefficients.shape[3]  # no -1 in the shapes: there may be no point
+        over_x = np.matmul(along_x[:, None, :], patch.reshape(count, 4, 16 * channels)).reshape(count, 4, 4 * channels)
+        return np.matmul(along_y[:, None, :], over_x).reshape(count, 4, channels)
 
 
 def _weights(t: Array) -> Array:

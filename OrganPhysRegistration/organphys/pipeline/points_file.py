@@ -4,27 +4,44 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..ground.checks import Array, InputError, as_points
 
+LARGEST = 1e12  # beyond, squares of distances lose all digits or overflow
+
 
 def read_points(path: str | Path) -> Array:
     """Points (N, 3) float64; InputError for another shape, for text that is not numbers, for pickled arrays."""
     file = Path(path)
+    if file.is_dir():
+        raise InputError(f"{file}: this is a folder; name a .npy or .csv file in it")
     if not file.is_file():
         raise InputError(f"{file}: no such file; give points as .npy or .csv")
     if file.suffix.lower() == ".npy":
-        return as_points(_read_npy(file), str(file))
+        return _checked(_read_npy(file), file)
     if file.suffix.lower() == ".csv":
-        return as_points(_read_csv(file), str(file))
+        return _checked(_read_csv(file), file)
     raise InputError(f"{file}: unknown kind of point file; give .npy (N, 3) or .csv with x,y,z")
+
+
+def _checked(values: Any, path: Path) -> Array:
+    points = as_points(values, str(path))
+    if np.abs(points).max() > LARGEST:
+        raise InputError(f"{path}: coordinates above {LARGEST:g}; give RAS mm, or scene units with --inverse")
+    return points
 
 
 def _read_npy(path: Path) -> np.ndarray:
     try:
-        return np.load(path, allow_pickle=False, mmap_mode="r")  # mapped: a wrong header cannot ask for memory
+        array = np.load(path, allow_pickle=False, mmap_mode="r")  # mapped: a wrong header cannot ask for memory
+        if array.dtype.kind not in "iuf":
+            raise InputError(f"{path}: holds {array.dtype}, not real numbers; save x,y,z as floating point numbers")
+        return array
+    except InputError:
+        raise
     except (ValueError, EOFError) as error:
         raise InputError(f"{path}: not a plain .npy array of numbers; write it with numpy.save") from error
 
@@ -42,10 +59,13 @@ def _read_csv(path: Path) -> list[list[float]]:
     if not _is_number(rows[0][0]):
         names, first = [cell.strip().lower() for cell in rows[0]], 1
         if not {"x", "y", "z"} <= set(names):
-            raise InputError(f"{path}: the header names no x, y and z, got {', '.join(names)}")
+            got = ", ".join(names)[:80]
+            raise InputError(f"{path}: the header names no x, y and z, got {got}; give x,y,z separated by commas")
         columns = [names.index(axis) for axis in "xyz"]
     elif len(rows[0]) != 3:
         raise InputError(f"{path}: expected three columns x,y,z, got {len(rows[0])}")
+    if len(rows) == first:
+        raise InputError(f"{path}: no points below the header; give one x,y,z per line")
     return [_numbers(row, columns, path, number) for number, row in enumerate(rows[first:], first + 1)]
 
 
