@@ -5,7 +5,8 @@ from __future__ import annotations
 from time import perf_counter
 
 from ..align.paper_coarse import PaperCoarseOptions, paper_coarse
-from ..align.paper_rigid import PaperRigidOptions, paper_rigid
+from ..align.paper_rigid import PaperRigidOptions, PaperRigidResult, paper_rigid
+from ..align.records import CoarseView
 from ..elastic.paper_elastic import paper_elastic
 from ..elastic.paper_model import PaperElasticOptions, paper_model
 from ..ground.checks import Array, InputError
@@ -53,6 +54,22 @@ def run_paper(
         progress=progress,
     )
     marks.append(perf_counter())
+    names = ("coarse", "rigid", "basis", "elastic")
+    return MethodResult(
+        similarities={"coarse": coarse, "rigid": rigid.T_scene_ct},
+        coarse_view=view,
+        elastic=elastic,
+        stops={
+            "coarse": SolveReport(Stop.SEARCHED, len(view.twists_deg)),
+            "rigid": rigid.report,
+            "elastic": elastic.report,
+        },
+        seconds={name: b - a for name, a, b in zip(names, marks, marks[1:], strict=False)},
+        notices=_notices(view, rigid),
+    )
+
+
+def _notices(view: CoarseView, rigid: PaperRigidResult) -> tuple[Notice, ...]:
     notices = []
     if view.margin < AMBIGUOUS:
         notices.append(
@@ -70,16 +87,4 @@ def run_paper(
                 "(half of the organ's projected diameter).",
             )
         )
-    names = ("coarse", "rigid", "basis", "elastic")
-    return MethodResult(
-        similarities={"coarse": coarse, "rigid": rigid.T_scene_ct},
-        coarse_view=view,
-        elastic=elastic,
-        stops={
-            "coarse": SolveReport(Stop.SEARCHED, len(view.twists_deg)),
-            "rigid": rigid.report,
-            "elastic": elastic.report,
-        },
-        seconds={name: b - a for name, a, b in zip(names, marks, marks[1:], strict=False)},
-        notices=tuple(notices),
-    )
+    return tuple(notices)
