@@ -212,15 +212,17 @@ def test_a_failure_leaves_older_results(case: SampleCase, tmp_path: Path, capsys
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent the POSIX way")
-@pytest.mark.parametrize("stage", ["read", "coarse", "elastic"])
-def test_ctrl_c_leaves_nothing(case: SampleCase, tmp_path: Path, stage: str) -> None:
+@pytest.mark.parametrize(
+    ("stage", "number"), [("read", signal.SIGINT), ("coarse", signal.SIGTERM), ("elastic", signal.SIGINT)]
+)
+def test_ctrl_c_leaves_nothing(case: SampleCase, tmp_path: Path, stage: str, number: int) -> None:
     out = tmp_path / "out"
     command = [sys.executable, "-m", "organphys", *arguments(case), "--out", str(out)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
         for line in process.stderr:
             if line.rstrip().endswith(stage):
-                process.send_signal(signal.SIGINT)
+                process.send_signal(number)
                 break
         rest = process.stderr.read()
         assert process.wait(timeout=60) == 130
@@ -229,13 +231,15 @@ def test_ctrl_c_leaves_nothing(case: SampleCase, tmp_path: Path, stage: str) -> 
     assert not out.exists()
 
 
-def test_interrupts_wait_while_files_move(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.skipif(os.name == "nt", reason="signals are sent the POSIX way")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupts_wait_while_files_move(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int) -> None:
     from organphys.pipeline import output_folder
 
     replace, moved = os.replace, []
 
     def interrupted(source: Path, target: Path) -> None:
-        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), number)
         moved.append(Path(target).name)
         replace(source, target)
 
