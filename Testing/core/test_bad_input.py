@@ -46,8 +46,8 @@ def file(name: str, content: bytes | str, option: str) -> Change:
     return change
 
 
-def labels(name: str, edit: Callable[[np.ndarray], np.ndarray], *, cut: float = 1.0, noise: bool = False) -> Change:
-    """The case's label map, edited, written under ``name``, and then cut or overwritten with noise."""
+def labels(name: str, edit: Callable[[np.ndarray], np.ndarray], *, cut: float = 1.0, noise: int = 0) -> Change:
+    """The case's label map, edited, written under ``name``, and then cut, or its last bytes overwritten with noise."""
 
     def change(case: SampleCase, folder: Path) -> dict[str, str]:
         image = sitk.ReadImage(str(case.labels))
@@ -57,7 +57,7 @@ def labels(name: str, edit: Callable[[np.ndarray], np.ndarray], *, cut: float = 
         content = (folder / name).read_bytes()
         content = content[: int(cut * len(content))]
         if noise:
-            content = content[:-1000] + np.random.default_rng(0).bytes(1000)
+            content = content[:-noise] + np.random.default_rng(0).bytes(noise)
         (folder / name).write_bytes(content)
         return {"labels": str(folder / name)}
 
@@ -98,7 +98,8 @@ BAD: dict[str, tuple[Change | dict[str, str], str]] = {
     "cut .mha": (labels("cut.mha", np.copy, cut=0.7), "not read completely.*copy it again"),
     "cut .nrrd": (labels("cut.nrrd", np.copy, cut=0.7), "copy it again"),
     "cut .nii.gz": (labels("cut.nii.gz", np.copy, cut=0.7), "copy the file again"),
-    "damaged .mha": (labels("damaged.mha", np.copy, noise=True), "Uncompress failed.*copy it again"),
+    "damaged .nii.gz": (labels("damaged.nii.gz", np.copy, noise=8), "copy the file again"),
+    "damaged .mha": (labels("damaged.mha", np.copy, noise=1000), "Uncompress failed.*copy it again"),
     "empty label map": (file("e.nii.gz", b"", "labels"), "is empty"),
     "DICOM": (file("seg.dcm", bytes(128) + b"DICM" + bytes(99), "labels"), "segimage2itkimage"),
     "labels are a folder": ({"labels": "."}, "this is a folder"),

@@ -15,6 +15,7 @@ from ..ground.checks import InputError
 
 MAX_VOXELS = 4_000_000_000
 SUFFIXES = (".nii", ".nii.gz", ".nrrd", ".mha", ".mhd", ".nhdr", ".hdr", ".img", ".img.gz")
+CHECKED_BYTES = 100_000_000  # a third of a second
 DEFLATE_LIMIT = 1032  # deflate cannot compress below 1/1032 of the size
 DETACHED = (".mhd", ".nhdr", ".hdr", ".img", ".img.gz")
 
@@ -55,7 +56,9 @@ def check_declared_size(path: Path, *, voxels: int, bytes_per_voxel: int) -> Non
     else:
         complete = True
     if not complete:
-        raise InputError(f"{path}: truncated, the header declares {declared} bytes of voxels; copy the file again")
+        raise InputError(
+            f"{path}: damaged or truncated, the header declares {declared} bytes of voxels; copy the file again"
+        )
 
 
 def check_labels(path: Path, voxels: NDArray[Any]) -> None:
@@ -71,25 +74,22 @@ def _gzip_holds(path: Path, expected: int) -> bool:
     """Whether a gzip file inflates to at least ``expected`` bytes.
 
     Its last four bytes are the inflated size modulo 2^32, which settles it for an intact single-member file; only where
-    that differs is the file inflated, in bounded memory, to the end.
+    that differs, or the file is small, is it inflated, in bounded memory, to the end, which also checks its CRC.
     """
     with path.open("rb") as file:
         if file.read(2) != b"\x1f\x8b":
             return path.stat().st_size >= expected  # not compressed in spite of its name
         file.seek(-4, 2)
-        if 0 <= int.from_bytes(file.read(4), "little") - expected % 2**32 < 4096:
+        if expected > CHECKED_BYTES and 0 <= int.from_bytes(file.read(4), "little") - expected % 2**32 < 4096:
             return True
     total = 0
     try:
         with gzip.open(path) as stream:
-            while total < expected:
-                block = stream.read(1 << 22)
-                if not block:
-                    return False
+            while total <= expected + CHECKED_BYTES and (block := stream.read(1 << 22)):
                 total += len(block)
     except (EOFError, OSError, zlib.error):
         return False
-    return True
+    return total >= expected
 
 
 def _is_dicom(path: Path) -> bool:
