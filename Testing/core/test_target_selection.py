@@ -55,7 +55,7 @@ def test_cleaning_keeps_pieces_and_reports_what_went():
     assert report.keep[kind == 0].mean() > 0.97 and report.keep[kind == 1].mean() > 0.97
     assert not report.keep[kind >= 2].any()
     assert report.outliers + report.in_small_clusters == (~report.keep).sum()
-    assert f"removed {report.outliers} outliers" in report.notice.message
+    assert f"Removed {report.outliers} outliers" in report.notice.message
     shuffled = np.random.default_rng(1).permutation(len(points))
     assert np.array_equal(clean_points(points[shuffled]).keep, report.keep[shuffled])
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from organphys.align.pose_residuals import normal_equations
 from organphys.align.poses import Poses, exp_rotation
-from organphys.align.two_way_fit import TwoWayFit, _normal_equations
+from organphys.align.two_way_fit import TwoWayFit
 from organphys.ground.frames import Similarity, rotation_about
 from organphys.points.surface_samples import ClosestSampleGrid, sample_surface
 from scene_examples import POSE, bumpy_organ, seen_from_camera
@@ -86,7 +87,7 @@ def test_normal_equations_are_the_derivatives(setting, side):
     fit, truth, _, _ = setting
     off = twisted(truth, [0.1, -0.08, 0.12, 0.05, -0.03, 0.04, 0.05])
     rows = getattr(fit, f"_{side}_rows")(Poses.of([off]), 0.2)
-    hessian, gradient = _normal_equations(rows)
+    hessian, gradient = normal_equations(rows)
     eye, h = np.eye(7), 1e-4
     slope = [(frozen_cost(rows, h * e) - frozen_cost(rows, -h * e)) / (2 * h) for e in eye]
     np.testing.assert_allclose(gradient[0], slope, rtol=1e-3, atol=1e-3 * np.abs(slope).max())

@@ -12,31 +12,18 @@ time of (B, points, 3).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ..ground.checks import Array
 from ..points.sampling import farthest_points, random_subset
 from ..points.surface_samples import ClosestSampleGrid, SurfaceSamples
+from .pose_residuals import Rows, Single, columns, dot, homogeneous, normal_equations, pick, transform, turn
 from .poses import Poses
 from .splat_view import SplatView
 
-Single = NDArray[np.float32]
 UNSEEN_COST = np.float32(0.8)
 FACING = np.float32(0.15)
-
-
-@dataclass(frozen=True)
-class _Rows:
-    """Linearised residuals: cost per pose (B,), weight, residual (B, P), and point, normal as three (B, P) each."""
-
-    cost: Single
-    weight: Single
-    residual: Single
-    point: tuple[Single, ...]
-    normal: tuple[Single, ...]
 
 
 class TwoWayFit:
@@ -47,16 +34,16 @@ class TwoWayFit:
     ) -> None:
         surface, image = view.surface, view.image
         self.grid = grid
-        self.organ = _columns(samples.points), _columns(samples.normals)
+        self.organ = columns(samples.points), columns(samples.normals)
         splat_index = _subset(surface.samples, count, seed)
         organ_index = _subset(samples.points, count, seed)
-        self.splat_points = _homogeneous(surface.samples[splat_index])
+        self.splat_points = homogeneous(surface.samples[splat_index])
         self.splat_normals = surface.sample_normals[splat_index].T.astype(np.float32)
-        self.organ_points = _homogeneous(samples.points[organ_index])
+        self.organ_points = homogeneous(samples.points[organ_index])
         self.organ_normals = samples.normals[organ_index].T.astype(np.float32)
         self.image = image
-        self.front_points = tuple(c[image.front.ravel()] for c in _columns(surface.points))
-        self.front_normals = tuple(c[image.front.ravel()] for c in _columns(surface.normals))
+        self.front_points = tuple(c[image.front.ravel()] for c in columns(surface.points))
+        self.front_normals = tuple(c[image.front.ravel()] for c in columns(surface.normals))
         self.front_distance = np.sqrt(sum(c * c for c in self.front_points))
         edge = image.centre(np.moveaxis(image.nearest, 0, -1).reshape(-1, 2)).astype(np.float32)
         self.edge = edge[:, 0].copy(), edge[:, 1].copy()
@@ -75,7 +62,7 @@ class TwoWayFit:
     def step(self, poses: Poses, tau: float, *, damping: float, free_scale: bool = True) -> Poses:
         """One damped Gauss-Newton step of all seven parameters (six with a known scale) of every pose."""
         parts = self._splat_rows(poses, tau), self._camera_rows(poses, tau)
-        hessian, gradient = (sum(x) for x in zip(*(_normal_equations(p) for p in parts), strict=True))
+        hessian, gradient = (sum(x) for x in zip(*(normal_equations(p) for p in parts), strict=True))
         diagonal = np.trace(hessian, axis1=1, axis2=2)[:, None, None] / 7 * damping + 1e-12
         unknowns = 7 if free_scale else 6
         hessian = (hessian + diagonal * np.eye(7))[:, :unknowns, :unknowns]
@@ -84,29 +71,29 @@ class TwoWayFit:
         limit = np.array([0.3, 0.3, 0.3, 0.4, 0.4, 0.4, 0.12])
         return poses.source_twist(np.clip(change, -limit, limit))
 
-    def _splat_rows(self, poses: Poses, tau: float, *, rows: bool = True) -> _Rows:
+    def _splat_rows(self, poses: Poses, tau: float, *, rows: bool = True) -> Rows:
         tau2 = np.float32(tau * tau)
         to_ct = poses.rotation.transpose(0, 2, 1) / poses.scale[:, None, None]
         shift = -np.einsum("bij,bj->bi", to_ct, poses.translation)
-        x = _transform(to_ct, shift, self.splat_points)
+        x = transform(to_ct, shift, self.splat_points)
         nearest = self.grid.lookup(*x)
         points, normals = self.organ
         n = tuple(c[nearest] for c in normals)
         d = tuple(a - c[nearest] for a, c in zip(x, points, strict=True))
-        turned = _transform(poses.rotation.transpose(0, 2, 1), None, self.splat_normals)
-        error = _dot(d, d) + np.float32(0.49) * tau2 * (1 - np.clip(_dot(turned, n), -1, 1))
+        turned = transform(poses.rotation.transpose(0, 2, 1), None, self.splat_normals)
+        error = dot(d, d) + np.float32(0.49) * tau2 * (1 - np.clip(dot(turned, n), -1, 1))
         cost = (error / (error + tau2)).mean(1)
         if not rows:
-            return _Rows(cost, cost, cost, x, x)
+            return Rows(cost, cost, cost, x, x)
         weight = ((1 + error / tau2) ** -2).astype(np.float32, copy=False)
-        return _Rows(cost, weight, _dot(n, d), x, n)
+        return Rows(cost, weight, dot(n, d), x, n)
 
-    def _camera_rows(self, poses: Poses, tau: float, *, rows: bool = True) -> _Rows:
+    def _camera_rows(self, poses: Poses, tau: float, *, rows: bool = True) -> Rows:
         tau2, scale = np.float32(tau * tau), poses.scale.astype(np.float32)[:, None]
-        y = _transform(poses.rotation * poses.scale[:, None, None], poses.translation, self.organ_points)
-        n = _transform(poses.rotation, None, self.organ_normals)
-        distance = np.sqrt(_dot(y, y))
-        facing = -_dot(n, y) / distance
+        y = transform(poses.rotation * poses.scale[:, None, None], poses.translation, self.organ_points)
+        n = transform(poses.rotation, None, self.organ_normals)
+        distance = np.sqrt(dot(y, y))
+        facing = -dot(n, y) / distance
         depth = np.maximum(y[2], self.nearest_depth)
         pixel, inside = self._pixels(y, depth)
         unknown = self.unknown[pixel] | ~inside
@@ -123,16 +110,16 @@ class TwoWayFit:
         cost = (weight * error / (error + tau2)).sum(1) + UNSEEN_COST * unseen
         cost /= np.maximum(total + unseen, 0.05 * count)
         if not rows:
-            return _Rows(cost, cost, cost, y, y)
+            return Rows(cost, cost, cost, y, y)
         weight *= (1 + error / tau2) ** -2
         weight *= (self.splat_points.shape[1] / np.maximum(total, 0.15 * count))[:, None]
         target, normal = self._camera_targets(y, depth, pixel, empty)
         to_ct = poses.rotation.transpose(0, 2, 1).astype(np.float32)
         moved = tuple(a - t[:, None] for a, t in zip(target, poses.translation.T.astype(np.float32), strict=True))
-        point = tuple(a / scale for a in _turn(to_ct, moved))
-        normal = _turn(to_ct, normal)
+        point = tuple(a / scale for a in turn(to_ct, moved))
+        normal = turn(to_ct, normal)
         offset = tuple(a - q for a, q in zip(point, self.organ_points[:3], strict=True))
-        return _Rows(cost, weight, _dot(offset, normal), point, normal)
+        return Rows(cost, weight, dot(offset, normal), point, normal)
 
     def _pixels(self, y: tuple[Single, ...], depth: Single) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
         """Flat pixel index (clamped) of camera-frame points, and which of them are in the image."""
@@ -158,53 +145,11 @@ class TwoWayFit:
         plane_point = edge[0] * depth, edge[1] * depth, depth
         plane_normal = u / norm, v / norm, w / norm
         return (
-            _pick(empty, plane_point, tuple(c[pixel] for c in self.front_points)),
-            _pick(empty, plane_normal, tuple(c[pixel] for c in self.front_normals)),
+            pick(empty, plane_point, tuple(c[pixel] for c in self.front_points)),
+            pick(empty, plane_normal, tuple(c[pixel] for c in self.front_normals)),
         )
 
 
 def _subset(points: Array, count: int, seed: int) -> NDArray[np.int64]:
     """Few points are spread out by farthest-point sampling, many drawn at random."""
     return farthest_points(points, count) if count <= 150 else random_subset(len(points), count, seed)
-
-
-def _columns(points: Array) -> tuple[Single, ...]:
-    x, y, z = np.ascontiguousarray(points.T, dtype=np.float32)
-    return x, y, z
-
-
-def _homogeneous(points: Array) -> Single:
-    return np.concatenate([points.T, np.ones((1, len(points)))]).astype(np.float32)
-
-
-def _transform(matrix: Array, shift: Array | None, columns: Single) -> tuple[Single, ...]:
-    """matrix (B, 3, 3) @ columns (3 or 4, P) + shift (B, 3) as one product; three arrays (B, P)."""
-    if shift is not None:
-        matrix = np.concatenate([matrix, shift[..., None]], axis=2)
-    rows = matrix.transpose(1, 0, 2).reshape(-1, matrix.shape[2]).astype(np.float32)
-    x, y, z = (rows @ columns).reshape(3, len(matrix), -1)
-    return x, y, z
-
-
-def _turn(matrix: Single, v: tuple[Single, ...]) -> tuple[Single, ...]:
-    """matrix (B, 3, 3) times a different vector for every pose and point."""
-    return tuple(_dot((matrix[:, i, 0, None], matrix[:, i, 1, None], matrix[:, i, 2, None]), v) for i in range(3))
-
-
-def _dot(a: tuple[Single, ...], b: tuple[Single, ...]) -> Single:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _pick(mask: NDArray[np.bool_], a: tuple[Single, ...], b: tuple[Single, ...]) -> tuple[Single, ...]:
-    x, y, z = (np.where(mask, p, q) for p, q in zip(a, b, strict=True))
-    return x, y, z
-
-
-def _normal_equations(rows: _Rows) -> tuple[Array, Array]:
-    """J^T W J (B, 7, 7) and J^T W r (B, 7) for the change x' = exp(w) e^c x + v of the source frame."""
-    (x, y, z), (a, b, c) = rows.point, rows.normal
-    jacobian = np.stack([y * c - z * b, z * a - x * c, x * b - y * a, a, b, c, _dot(rows.point, rows.normal)], axis=1)
-    weighted = jacobian * rows.weight[:, None, :]
-    hessian = weighted @ jacobian.transpose(0, 2, 1)
-    gradient = (weighted @ rows.residual[..., None])[..., 0]
-    return hessian.astype(np.float64), gradient.astype(np.float64)

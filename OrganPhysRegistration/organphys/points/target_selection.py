@@ -41,8 +41,8 @@ class Cleaning:
 
     @property
     def notice(self) -> Notice:
-        text = f"removed {self.outliers} outliers and {self.in_small_clusters} points in small clusters from the splat"
-        return Notice("splat_cleaned", f"{text} ({int(self.keep.sum())} of {len(self.keep)} left)")
+        text = f"Removed {self.outliers} outliers and {self.in_small_clusters} points in small clusters from the splat"
+        return Notice("splat_cleaned", f"{text} ({int(self.keep.sum())} of {len(self.keep)} left).")
 
 
 def select_target(cloud: GaussianCloud, *, opacity: float = 0.1, box: Box | None = None) -> NDArray[np.bool_]:

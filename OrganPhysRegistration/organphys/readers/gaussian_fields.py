@@ -64,7 +64,7 @@ def non_finite_notices(valid: NDArray[np.bool_]) -> tuple[Notice, ...]:
     count = int((~valid).sum())
     if count == 0:
         return ()
-    text = f"{count} of {len(valid)} Gaussians hold numbers that are not finite; they are masked and keep their index"
+    text = f"{count} of {len(valid)} Gaussians hold numbers that are not finite; they are masked and keep their index."
     return (Notice("non_finite_gaussians", text),)
 
 

@@ -90,7 +90,7 @@ def _plain_cloud(rows: Rows, progress: Progress) -> GaussianCloud:
         opacities = expit(stack_columns(rows, ("opacity",))[:, 0])
     else:
         opacities = np.ones(len(rows), dtype=np.float32)
-        notices.append(Notice("no_opacity", "the splat has no opacity, so every point counts as fully opaque"))
+        notices.append(Notice("no_opacity", "The splat has no opacity, so every point counts as fully opaque."))
     colours = gaussian_fields.plain_colours(rows)
     if colours is None:
         colours = np.full((len(rows), 3), 0.5, dtype=np.float32)

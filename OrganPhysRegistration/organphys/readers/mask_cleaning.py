@@ -25,7 +25,9 @@ def clean_mask(
     body, notices = largest_component(mask), []
     dropped = 1 - float(body.sum()) / float(mask.sum())
     if dropped > PIECES_WORTH_A_NOTICE:
-        text = f"the label has several separate pieces; the largest is used, {100 * dropped:.0f} % of the volume is not"
+        text = (
+            f"The label has several separate pieces; the largest is used, {100 * dropped:.0f} % of the volume is not."
+        )
         notices.append(Notice("pieces_dropped", text))
     if close_holes:
         body = ndimage.binary_fill_holes(body)
@@ -39,8 +41,8 @@ def clean_mask(
             notices.append(
                 Notice(
                     "opening_skipped",
-                    f"smoothing of the label map was left out: it would have removed {lost:.0f} % of the organ's "
-                    "volume (thin parts or coarse voxels)",
+                    f"Smoothing of the label map was left out: it would have removed {lost:.0f} % of the organ's "
+                    "volume (thin parts or coarse voxels).",
                 )
             )
     return body, tuple(notices)

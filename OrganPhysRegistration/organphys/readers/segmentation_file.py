@@ -105,7 +105,7 @@ def _organ(
     inside = np.flatnonzero(mask)
     index = np.stack(np.unravel_index(inside, mask.shape), axis=1) + corner
     if (index.min(0) == 0).any() or (index.max(0) == np.array(header.shape) - 1).any():
-        text = f"{name} touches the border of the volume: the part beyond it is missing and its end is flat"
+        text = f"The {name} touches the border of the volume: the part beyond it is missing and its end is flat."
         notices = (*notices, Notice("organ_cut_by_border", text))
     surface = surface_of_mask(mask, origin=header.world(corner[None])[0], step=header.step_ras)
     spacing: Array = header.spacing_mm[::-1].copy()
