@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..ground.checks import Array, InputError
+from ..points.neighbours import nearest_neighbours
 
 TRIM = 0.3
 
@@ -44,17 +45,24 @@ class SurfaceDistances:
 
 
 def surface_distances(
-    surface_scene: Array, target: Array, *, mm_per_unit: float, box_mm: float, target_tree: cKDTree | None = None
+    surface_scene: Array,
+    target: Array,
+    *,
+    mm_per_unit: float,
+    box_mm: float,
+    target_tree: cKDTree | None = None,
+    to_splat: Array | None = None,
 ) -> SurfaceDistances:
     """Distances of CT surface points mapped to the scene (N, 3) and the splat's target points (M, 3), both ways.
 
     ``mm_per_unit``: millimetres per scene unit; ``box_mm``: length of the CT's normalisation (its largest absolute
-    coordinate, mm); ``target_tree``: a k-d tree of ``target`` if there is one already.
+    coordinate, mm); ``target_tree``: a k-d tree of ``target``, ``to_splat`` (K,): distances of
+    surface points, or of a sample of them, to it in scene units, if there are some already.
     """
     if not len(surface_scene) or not len(target):
         raise InputError("distances: both point sets must hold at least one point")
     tree = cKDTree(target) if target_tree is None else target_tree
-    to_splat = tree.query(surface_scene)[0] * mm_per_unit
+    to_splat = (nearest_neighbours(tree, surface_scene)[0] if to_splat is None else to_splat) * mm_per_unit
     to_ct = cKDTree(surface_scene).query(target)[0] * mm_per_unit
     ct_mean, ct_trim, splat_trim = float(to_splat.mean()), trimmed_mean(to_splat), trimmed_mean(to_ct)
     return SurfaceDistances(

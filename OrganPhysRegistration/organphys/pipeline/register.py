@@ -18,6 +18,7 @@ from ..ground.checks import Array, InputError
 from ..ground.frames import Similarity
 from ..ground.progress import Progress, no_progress
 from ..mechanics.tissue import tissue_for
+from ..points.neighbours import nearest_neighbours
 from ..points.point_sets import Box, Camera, GaussianCloud, Landmarks, Organ, SceneUnit
 from ..points.sampling import random_subset
 from .default_method import run_default
@@ -27,9 +28,10 @@ from .registration import MethodResult, RegisterOptions, Registration
 from .result_notices import SurfaceState, result_notices
 from .scene import Scene, select_scene
 
-STATE_POINTS = 10_000
 FEWEST_VOXELS = 60  # the basis needs a few more nodes than its handles
 
+
+SAMPLE = 15_000  # vertices whose distance to the splat is taken after the coarse and the rigid stage
 
 # The matrices are small and the stages bring their own two threads: BLAS threads beside them cost tenfold time.
 one_blas_thread = threadpool_limits.wrap(limits=1, user_api="blas")
@@ -63,8 +65,10 @@ def register(
     exact = unit.mm_per_unit if unit is not None and unit.percent == 0 else None
     registered = _registered_organ(organ, found.elastic, exact, dict(provenance or {}))
     similarities = {"before": _before(organ, scene, found), **found.similarities, "elastic": registered.T_scene_ct}
-    metrics = _metrics(registered, similarities, scene.target)
-    state = _surface_state(organ, registered, scene)
+    tree = cKDTree(scene.target)
+    to_splat = nearest_neighbours(tree, registered.scene_vertices)[0]
+    metrics = _metrics(registered, similarities, tree, to_splat)
+    state = _surface_state(organ, registered, to_splat * registered.mm_per_unit)
     notices = result_notices(
         state, camera.position, name=organ.name, volume_ml=organ.volume_ml, mm_per_unit=registered.mm_per_unit
     )
@@ -79,6 +83,7 @@ def register(
         seconds=found.seconds,
         notices=(*organ.notices, *splat.notices, *landmark_notices, *scene.notices, *found.notices, *notices),
         target=scene.target,
+        vertex_distance_mm=state.distance_mm,
         splat_points=splat.centres[scene.picture],
         splat_colours=splat.colours[scene.picture],
         camera=camera,
@@ -141,18 +146,28 @@ def _registered_organ(
 
 
 def _metrics(
-    registered: RegisteredOrgan, similarities: Mapping[str, Similarity], target: Array
+    registered: RegisteredOrgan, similarities: Mapping[str, Similarity], tree: cKDTree, to_splat: Array
 ) -> dict[str, dict[str, dict[str, float | str]]]:
-    """Distances of every stage between the organ's surface vertices and the target, volume and strain of the last."""
+    """Distances of every stage between the organ's surface vertices and the target, volume and strain of the last.
+
+    ``tree``: over the target; ``to_splat`` (Nv,): distances of the final vertices to it, scene units.
+    """
     vertices = registered.vertices
     box = float(np.abs(vertices - vertices.mean(0)).max())
-    tree = cKDTree(target)
+    sample = random_subset(len(vertices), SAMPLE, 0)  # searches far from the target are slow
     metrics: dict[str, dict[str, dict[str, float | str]]] = {}
     for stage in ("coarse", "rigid", "elastic"):
         scale = similarities[stage].scale
-        mapped = registered.scene_vertices if stage == "elastic" else similarities[stage].apply(vertices)
-        mm_per_unit = registered.mm_per_scene_unit or 1 / scale
-        distances = surface_distances(mapped, target, mm_per_unit=mm_per_unit, box_mm=box, target_tree=tree)
+        final = stage == "elastic"
+        mapped = registered.scene_vertices if final else similarities[stage].apply(vertices)
+        distances = surface_distances(
+            mapped,
+            tree.data,
+            mm_per_unit=registered.mm_per_scene_unit or 1 / scale,
+            box_mm=box,
+            target_tree=tree,
+            to_splat=to_splat if final else nearest_neighbours(tree, mapped[sample])[0],
+        )
         metrics[stage] = {**distances.as_metrics(), "scale": {"value": scale, "unit": "scene units per mm"}}
     gradients = _gradients(registered)
     stretches = strain_percentiles(gradients, (5, 95))
@@ -170,14 +185,12 @@ def _gradients(registered: RegisteredOrgan) -> Array:
     return registered.deformation.inside(registered.quadrature_points)[1] + np.eye(3)
 
 
-def _surface_state(organ: Organ, registered: RegisteredOrgan, scene: Scene) -> SurfaceState:
-    chosen = random_subset(len(organ.vertices), STATE_POINTS, 0)
-    points = registered.scene_vertices[chosen]
+def _surface_state(organ: Organ, registered: RegisteredOrgan, distance_mm: Array) -> SurfaceState:
     return SurfaceState(
-        points=points,
-        normals=registered.T_scene_ct.turn(organ.vertex_normals[chosen]),
-        displacement_mm=np.linalg.norm(registered.surface_displacement_mm[chosen], axis=1),
-        distance_mm=cKDTree(scene.target).query(points)[0] * registered.mm_per_unit,
+        points=registered.scene_vertices,
+        normals=registered.T_scene_ct.turn(organ.vertex_normals),
+        displacement_mm=np.linalg.norm(registered.surface_displacement_mm, axis=1),
+        distance_mm=distance_mm,
         radius_mm=float(np.sqrt(((organ.vertices - organ.vertices.mean(0)) ** 2).sum(1).mean())),
         det_f=np.linalg.det(_gradients(registered)),
     )

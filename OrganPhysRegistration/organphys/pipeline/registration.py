@@ -59,8 +59,9 @@ class Registration:
     """The registered organ and everything the report tells about the run.
 
     similarities: T_scene_ct per stage ("before", "coarse", "rigid", "elastic"); metrics: {stage: {name: {value,
-    unit}}}; target (M, 3): the splat points used, scene units; splat_points (K, 3), splat_colours (K, 3): a sample of
-    the opaque splat for pictures; facts: label and text for the report; began: perf_counter() when the run started.
+    unit}}}; target (M, 3): the splat points used, scene units; vertex_distance_mm (Nv,): to them from the
+    registered surface vertices; splat_points (K, 3), splat_colours (K, 3): a sample of the opaque splat for pictures;
+    facts: label and text for the report; began: perf_counter() when the run started.
     """
 
     organ: RegisteredOrgan
@@ -73,6 +74,7 @@ class Registration:
     seconds: Mapping[str, float]
     notices: tuple[Notice, ...]
     target: Array
+    vertex_distance_mm: Array
     splat_points: NDArray[np.floating]
     splat_colours: NDArray[np.floating]
     camera: Camera

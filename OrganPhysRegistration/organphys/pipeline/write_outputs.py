@@ -34,9 +34,8 @@ def write_outputs(
     """Write the four files into an existing folder, each atomically; the JSON last, with the time of the others."""
     start, folder = perf_counter(), Path(folder)
     save_asset(registration.organ, folder / ASSET)
-    distance = vertex_distance_mm(registration, "elastic")
-    write_surface_vtp(folder / SURFACE, registration.organ, distance)
-    write_report(folder / REPORT, report_content(registration, distance, extra_tables, extra_strips))
+    write_surface_vtp(folder / SURFACE, registration.organ, registration.vertex_distance_mm)
+    write_report(folder / REPORT, report_content(registration, extra_tables, extra_strips))
     end = perf_counter()
     read = registration.seconds.get("read", 0.0)
     seconds = {**registration.seconds, "report": end - start, "total": read + end - registration.began}
@@ -53,20 +52,13 @@ def write_outputs(
     )
 
 
-def vertex_distance_mm(registration: Registration, stage: str) -> Array:
-    """Distance (Nv,) of every surface vertex after ``stage`` to the nearest splat target point, mm."""
-    distance: Array = cKDTree(registration.target).query(registration.stage_points(stage))[0]
-    return distance * registration.organ.mm_per_unit
-
-
 def report_content(
     registration: Registration,
-    distance: Array,
     extra_tables: tuple[ReportTable, ...] = (),
     extra_strips: tuple[PictureStrip, ...] = (),
 ) -> ReportContent:
-    """What the report shows of a registration; ``distance``: of the final surface, see ``vertex_distance_mm``."""
-    organ = registration.organ
+    """What the report shows of a registration."""
+    organ, distance = registration.organ, registration.vertex_distance_mm
     to_ct = cKDTree(organ.scene_vertices).query(registration.target)[0] * organ.mm_per_unit
     return ReportContent(
         title=f"{organ.name} registered to the splat",
