@@ -20,7 +20,7 @@ from ..points.target_selection import CleaningOptions, clean_points
 @dataclass(frozen=True)
 class SplatSurfaceOptions:
     """Counts of points and neighbours: ``centres`` are cleaned and shape mask and rim; up to ``dense`` more that lie on
-    them are averaged into ``samples`` (a mean over more Gaussians is less noisy: TRE 0.58 -> 0.55 of the oracle's)."""
+    them are averaged into ``samples`` (a mean over more Gaussians is less noisy)."""
 
     centres: int = 40_000
     dense: int = 200_000

