@@ -66,6 +66,17 @@ def test_register_writes_what_it_promises(result: Path) -> None:
     assert provenance["options"]["seed"] == 0
 
 
+def test_record_holds_the_elastic_curve(result: Path) -> None:
+    record = json.loads((result / "registration.json").read_text())
+    alphas = [step["alpha"] for step in record["elastic_steps"]]
+    assert alphas == sorted(alphas, reverse=True) and alphas[0] > alphas[-1]
+    last, elastic = record["elastic_steps"][-1], record["metrics"]["elastic"]
+    assert last["volume_drift_percent"] == pytest.approx(elastic["volume_drift"]["value"], abs=1e-6)
+    assert last["min_det_f"] == pytest.approx(elastic["min_det_F"]["value"], abs=1e-9)
+    assert record["seconds_per_elastic_step"] == pytest.approx(record["seconds"]["elastic"] / len(alphas))
+    assert min(record["points"].values()) > 1000
+
+
 def test_map_there_and_back(result: Path, tmp_path: Path) -> None:
     asset = str(result / "organ.organphys")
     points = load_asset(asset).vertices[::500]

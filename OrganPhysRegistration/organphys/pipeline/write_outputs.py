@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,8 +49,19 @@ def write_outputs(
         metrics=registration.metrics,
         stops=registration.stops,
         warnings=registration.notices,
-        extra={"similarities": {name: T.matrix.tolist() for name, T in registration.similarities.items()}},
+        extra=_table_2_and_figure_8(registration),
     )
+
+
+def _table_2_and_figure_8(registration: Registration) -> dict[str, Any]:
+    """Further entries of the JSON: T_scene_ct per stage, point counts and time per elastic step, the elastic curves."""
+    steps = registration.steps
+    return {
+        "similarities": {name: T.matrix.tolist() for name, T in registration.similarities.items()},
+        "points": {"ct_surface": len(registration.organ.vertices), "splat_target": len(registration.target)},
+        "seconds_per_elastic_step": registration.seconds["elastic"] / max(len(steps), 1),
+        "elastic_steps": [vars(step) for step in steps],
+    }
 
 
 def report_content(
