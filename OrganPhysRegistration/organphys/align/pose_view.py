@@ -6,7 +6,7 @@ import numpy as np
 
 from ..ground.checks import Array
 from ..ground.frames import Similarity, rotation_about
-from ..points.surface_samples import ClosestSampleGrid, SurfaceSamples
+from ..points.surface_samples import SurfaceSamples
 from .paper_coarse import oriented_box, projected_diameter
 from .poses import Poses
 from .records import CoarseView
@@ -46,6 +46,6 @@ def _twist_costs(pose: Similarity, samples: SurfaceSamples, view: SplatView, axi
     for angle in angles:
         rotation = rotation_about(axis, float(angle))
         turned.append(Similarity(1.0, rotation, pivot - rotation @ pivot) @ pose)
-    fit = TwoWayFit(samples, ClosestSampleGrid(samples.points, cells=40), view, count=600)
+    fit = TwoWayFit(samples, samples.grid, view, count=600)
     splat, camera = fit.score(Poses.of(turned), 0.12)
     return splat + camera

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..ground.checks import Array
 from ..ground.progress import Progress, no_progress
-from ..points.surface_samples import ClosestSampleGrid, SurfaceSamples
+from ..points.surface_samples import SurfaceSamples
 from .landmark_prior import LandmarkPrior
 from .poses import Poses
 from .splat_view import SplatView
@@ -83,7 +83,6 @@ def search_start(
     ``scale``, scene units per normalised length, where it is known; else poses outside ``scale_range`` are left out.
     """
     options = options or StartSearchOptions()
-    grid = ClosestSampleGrid(samples.points)
     normals = None if landmarks is None else landmarks.normals
     found = start_candidates(
         samples, view, landmark_normals=normals, scale=scale, options=options.candidates, seed=seed
@@ -94,7 +93,7 @@ def search_start(
     with ThreadPoolExecutor(2) as pool:
         for number, (stage, next_tau) in enumerate(zip(options.stages, next_taus, strict=True)):
             progress("coarse", number / len(options.stages))
-            fit = TwoWayFit(samples, grid, view, count=stage.points, seed=seed)
+            fit = TwoWayFit(samples, samples.grid, view, count=stage.points, seed=seed)
             refine = partial(_refine, fit, stage, next_tau, scale is None)
             refined = list(pool.map(refine, [poses[k : k + stage.batch] for k in range(0, len(poses), stage.batch)]))
             poses, scores = Poses.join([p for p, _ in refined]), np.concatenate([s for _, s in refined])

@@ -24,11 +24,9 @@ from ..ground.solve_report import SolveReport, Stop
 from ..points.point_sets import Camera, Organ, SceneUnit
 from ..points.surface_samples import SurfaceSamples, sample_surface
 from .elastic_recorder import ElasticRecorder
-from .registration import MethodResult, RegisterOptions
+from .registration import AMBIGUOUS, MethodResult, RegisterOptions
 from .scale_checks import NEARLY_EXACT, plausible_scales, scale_prior, unit_notices, unit_scale
 from .scene import Scene
-
-AMBIGUOUS = 0.05
 
 
 @dataclass(frozen=True)

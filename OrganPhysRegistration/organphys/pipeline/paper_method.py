@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from time import perf_counter
 
+import numpy as np
+
 from ..align.paper_coarse import PaperCoarseOptions, paper_coarse
 from ..align.paper_rigid import PaperRigidOptions, PaperRigidResult, paper_rigid
 from ..align.records import CoarseView
@@ -14,10 +16,8 @@ from ..ground.notices import Notice
 from ..ground.progress import Progress
 from ..ground.solve_report import SolveReport, Stop
 from ..points.point_sets import Camera, Organ, SceneUnit
-from .registration import MethodResult, RegisterOptions
+from .registration import AMBIGUOUS, MethodResult, RegisterOptions
 from .scene import Scene
-
-AMBIGUOUS = 0.05
 
 
 def run_paper(
@@ -54,7 +54,6 @@ def run_paper(
         progress=progress,
     )
     marks.append(perf_counter())
-    names = ("coarse", "rigid", "basis", "elastic")
     return MethodResult(
         similarities={"coarse": coarse, "rigid": rigid.T_scene_ct},
         coarse_view=view,
@@ -64,7 +63,7 @@ def run_paper(
             "rigid": rigid.report,
             "elastic": elastic.report,
         },
-        seconds={name: b - a for name, a, b in zip(names, marks, marks[1:], strict=False)},
+        seconds=dict(zip(("coarse", "rigid", "basis", "elastic"), np.diff(marks).tolist(), strict=True)),
         notices=_notices(view, rigid),
     )
 

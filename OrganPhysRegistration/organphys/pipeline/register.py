@@ -29,8 +29,6 @@ from .result_notices import SurfaceState, result_notices
 from .scene import Scene, select_scene
 
 FEWEST_VOXELS = 60  # the basis needs a few more nodes than its handles
-
-
 SAMPLE = 15_000  # vertices whose distance to the splat is taken after the coarse and the rigid stage
 
 # The matrices are small and the stages bring their own two threads: BLAS threads beside them cost tenfold time.
@@ -67,8 +65,10 @@ def register(
     similarities = {"before": _before(organ, scene, found), **found.similarities, "elastic": registered.T_scene_ct}
     tree = cKDTree(scene.target)
     to_splat = nearest_neighbours(tree, registered.scene_vertices)[0]
-    metrics = _metrics(registered, similarities, tree, to_splat)
-    state = _surface_state(organ, registered, to_splat * registered.mm_per_unit)
+    # the quadrature points lie inside, so the field beside the organ need not be baked
+    gradients = registered.deformation.inside(registered.quadrature_points)[1] + np.eye(3)
+    metrics = _metrics(registered, similarities, tree, to_splat, gradients)
+    state = _surface_state(organ, registered, to_splat * registered.mm_per_unit, gradients)
     notices = result_notices(
         state, camera.position, name=organ.name, volume_ml=organ.volume_ml, mm_per_unit=registered.mm_per_unit
     )
@@ -84,6 +84,7 @@ def register(
         notices=(*organ.notices, *splat.notices, *landmark_notices, *scene.notices, *found.notices, *notices),
         target=scene.target,
         vertex_distance_mm=state.distance_mm,
+        vertex_seen=state.seen(camera.position),
         splat_points=splat.centres[scene.picture],
         splat_colours=splat.colours[scene.picture],
         camera=camera,
@@ -146,11 +147,16 @@ def _registered_organ(
 
 
 def _metrics(
-    registered: RegisteredOrgan, similarities: Mapping[str, Similarity], tree: cKDTree, to_splat: Array
+    registered: RegisteredOrgan,
+    similarities: Mapping[str, Similarity],
+    tree: cKDTree,
+    to_splat: Array,
+    gradients: Array,
 ) -> dict[str, dict[str, dict[str, float | str]]]:
     """Distances of every stage between the organ's surface vertices and the target, volume and strain of the last.
 
-    ``tree``: over the target; ``to_splat`` (Nv,): distances of the final vertices to it, scene units.
+    ``tree``: over the target; ``to_splat`` (Nv,): distances of the final vertices to it, scene units; ``gradients``
+    (Q, 3, 3): deformation gradients at the quadrature points.
     """
     vertices = registered.vertices
     box = float(np.abs(vertices - vertices.mean(0)).max())
@@ -169,7 +175,6 @@ def _metrics(
             to_splat=to_splat if final else nearest_neighbours(tree, mapped[sample])[0],
         )
         metrics[stage] = {**distances.as_metrics(), "scale": {"value": scale, "unit": "scene units per mm"}}
-    gradients = _gradients(registered)
     stretches = strain_percentiles(gradients, (5, 95))
     metrics["elastic"] |= {
         "volume_drift": {"value": volume_drift_percent(gradients), "unit": "%"},
@@ -180,17 +185,12 @@ def _metrics(
     return metrics
 
 
-def _gradients(registered: RegisteredOrgan) -> Array:
-    """Deformation gradients (Q, 3, 3) at the quadrature points, which lie inside."""
-    return registered.deformation.inside(registered.quadrature_points)[1] + np.eye(3)
-
-
-def _surface_state(organ: Organ, registered: RegisteredOrgan, distance_mm: Array) -> SurfaceState:
+def _surface_state(organ: Organ, registered: RegisteredOrgan, distance_mm: Array, gradients: Array) -> SurfaceState:
     return SurfaceState(
         points=registered.scene_vertices,
         normals=registered.T_scene_ct.turn(organ.vertex_normals),
         displacement_mm=np.linalg.norm(registered.surface_displacement_mm, axis=1),
         distance_mm=distance_mm,
         radius_mm=float(np.sqrt(((organ.vertices - organ.vertices.mean(0)) ** 2).sum(1).mean())),
-        det_f=np.linalg.det(_gradients(registered)),
+        det_f=np.linalg.det(gradients),
     )

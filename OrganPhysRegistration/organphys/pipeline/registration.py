@@ -19,6 +19,7 @@ from ..ground.solve_report import SolveReport
 from ..points.point_sets import Camera, SceneUnit
 
 METHODS = ("organphys", "paper")
+AMBIGUOUS = 0.05  # a second best pose within this fraction of the best cost is told
 STIFFNESS = ("conservative", "moderate", "aggressive")
 
 
@@ -59,9 +60,10 @@ class Registration:
     """The registered organ and everything the report tells about the run.
 
     similarities: T_scene_ct per stage ("before", "coarse", "rigid", "elastic"); metrics: {stage: {name: {value,
-    unit}}}; target (M, 3): the splat points used, scene units; vertex_distance_mm (Nv,): to them from the
-    registered surface vertices; splat_points (K, 3), splat_colours (K, 3): a sample of the opaque splat for pictures;
-    facts: label and text for the report; began: perf_counter() when the run started.
+    unit}}}; target (M, 3): the splat points used, scene units; vertex_distance_mm (Nv,): to them from the registered
+    surface vertices; vertex_seen (Nv,) bool: which of those face the camera on the splat; splat_points (K, 3),
+    splat_colours (K, 3): a sample of the opaque splat for pictures; facts: label and text for the report; began:
+    perf_counter() when the run started.
     """
 
     organ: RegisteredOrgan
@@ -75,6 +77,7 @@ class Registration:
     notices: tuple[Notice, ...]
     target: Array
     vertex_distance_mm: Array
+    vertex_seen: NDArray[np.bool_]
     splat_points: NDArray[np.floating]
     splat_colours: NDArray[np.floating]
     camera: Camera

@@ -8,7 +8,6 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..asset.asset_file import save_asset
@@ -16,7 +15,6 @@ from ..exports.registration_json import write_registration_json
 from ..exports.report import write_report
 from ..exports.report_content import PictureStrip, ReportContent, ReportTable, StagePicture
 from ..exports.surface_vtp import write_surface_vtp
-from ..ground.checks import Array
 from .register import one_blas_thread, peak_memory_mb
 from .registration import Registration
 
@@ -94,22 +92,11 @@ def report_content(
         coarse=registration.coarse_view,
         steps=registration.steps,
         splat_to_ct_mm=to_ct,
-        ct_visible_to_splat_mm=distance[_seen(registration, distance)],
+        ct_visible_to_splat_mm=distance[registration.vertex_seen],
         provenance=organ.provenance,
         extra_tables=extra_tables,
         extra_strips=extra_strips,
     )
-
-
-def _seen(registration: Registration, distance: Array) -> NDArray[np.bool_]:
-    """(Nv,) bool: vertices that face the camera near the splat."""
-    organ = registration.organ
-    corners = organ.scene_vertices[organ.faces]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    facing = np.einsum("ij,ij->i", normal, registration.camera.position - corners[:, 0]) > 0
-    seen = np.zeros(len(distance), dtype=bool)
-    seen[organ.faces[facing].ravel()] = True
-    return seen & (distance < 0.1 * organ.normalisation.length)
 
 
 def _highlights(registration: Registration) -> list[tuple[str, str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,11 @@ class SurfaceSamples:
     normals: Array
     spacing: float
     normalisation: Normalisation
+
+    @cached_property
+    def grid(self) -> ClosestSampleGrid:
+        """Lookup of the nearest sample, built once."""
+        return ClosestSampleGrid(self.points)
 
 
 def sample_surface(organ: Organ, *, count: int = 5000, seed: int = 0) -> SurfaceSamples:
