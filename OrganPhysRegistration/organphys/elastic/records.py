@@ -14,7 +14,8 @@ from ..ground.solve_report import SolveReport
 class ElasticStep:
     """State after one outer step (the curves of the paper's Figure 8).
 
-    Distances in mm; volume_drift_percent = 100 (mean det F - 1); largest_move_mm: farthest any surface point went in
+    Distances in mm, to and from the surface points the solver works with (at most some thousand, so larger than to the
+    whole surface); volume_drift_percent = 100 (mean det F - 1); largest_move_mm: farthest any surface point went in
     this step; energy: the objective minimised, in the method's own unit; evaluations: of it, within the step.
     """
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..ground.atomic_file import write_text
@@ -11,7 +11,7 @@ from ..ground.plain_json import plain
 from .coarse_pictures import coarse_pictures
 from .picture_svg import svg_picture
 from .plots import convergence_plot, histogram_plot, twist_plot
-from .report_content import ReportContent
+from .report_content import ReportContent, StepFigures
 from .report_page import grid, heading, listing, page, paragraph, table, tiles, verdict_box, words
 from .report_pictures import VIEW_NAMES, overlay_rows
 
@@ -36,7 +36,7 @@ def report_html(content: ReportContent) -> str:
     body += _section("Inputs", table((), [tuple(row) for row in content.inputs]))
     body += _overlays(content)
     body += _section("Distances that remain", _histogram(content))
-    body += _section("Elastic stage", convergence_plot(content.steps) if content.steps else "")
+    body += _section("Elastic stage", _curves(content.steps))
     body += _coarse(content)
     body += _section("Figures of every stage", _metrics(content.metrics))
     body += _section("Time and stops", _times(content.seconds) + _stops(content.stops))
@@ -80,6 +80,17 @@ def _histogram(content: ReportContent) -> str:
     if content.splat_to_ct_mm is None and content.ct_visible_to_splat_mm is None:
         return ""
     return histogram_plot(content.splat_to_ct_mm, content.ct_visible_to_splat_mm)
+
+
+def _curves(steps: Sequence[StepFigures]) -> str:
+    """The curves, and why their distances are larger than those of the table."""
+    if not steps:
+        return ""
+    note = (
+        "The distances of the curve are to a sample of the CT surface that the solver uses; those of the table below "
+        "are to every vertex of it and therefore smaller."
+    )
+    return paragraph(note, soft=True) + convergence_plot(steps)
 
 
 def _coarse(content: ReportContent) -> list[str]:
