@@ -1,0 +1,1 @@
+"""MRML and Qt glue of the OrganPhysRegistration module: nothing here is needed by the core package."""
