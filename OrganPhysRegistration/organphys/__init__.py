@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .points.point_sets import Box, Camera, GaussianCloud, Landmarks, Organ, SceneUnit
     from .readers.gaussian_ply import read_splat
     from .readers.landmarks_file import read_landmarks
+    from .readers.organ_from_mask import organ_from_mask
     from .readers.roi_file import read_box
     from .readers.segmentation_file import read_organ
 
@@ -40,6 +41,7 @@ _HOME = {
     "SceneUnit": "points.point_sets",
     "Similarity": "ground.frames",
     "load_asset": "asset.asset_file",
+    "organ_from_mask": "readers.organ_from_mask",
     "read_box": "readers.roi_file",
     "read_landmarks": "readers.landmarks_file",
     "read_organ": "readers.segmentation_file",
@@ -64,6 +66,7 @@ __all__ = [
     "SceneUnit",
     "Similarity",
     "load_asset",
+    "organ_from_mask",
     "read_box",
     "read_landmarks",
     "read_organ",

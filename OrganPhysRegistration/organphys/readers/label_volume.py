@@ -20,41 +20,21 @@ from ..ground.frames import ras_from_lps
 from ..ground.progress import Progress, no_progress
 from .library_messages import library_messages, tells_damage
 from .volume_checks import check_declared_size, check_is_volume_file
+from .voxel_grid import VoxelGrid
 
 STREAM_ABOVE_BYTES = 300_000_000  # larger NIfTI files are read in slabs; ITK holds each slab twice
 SLAB_VOXELS = 8_000_000  # what is compared or counted at once
 
 
-@dataclass(frozen=True)
-class VolumeHeader:
-    """Facts of a label map before its voxels are read.
-
-    shape (3,) in index order (k, j, i); origin_ras (3,) mm: centre of voxel (0, 0, 0); step_ras (3, 3) mm: columns are
-    the world steps along k, j and i; spacing_mm (3,) in the same order; layers: label maps stored side by side.
-    """
+@dataclass(frozen=True, kw_only=True)
+class VolumeHeader(VoxelGrid):
+    """Facts of a label map before its voxels are read; ``layers``: label maps stored side by side."""
 
     path: Path
-    shape: tuple[int, int, int]
     layers: int
     pixel_type: str
     bytes_per_voxel: int
-    origin_ras: Array
-    step_ras: Array
     metadata: dict[str, str] = field(default_factory=dict, repr=False)
-
-    @property
-    def spacing_mm(self) -> Array:
-        spacing: Array = np.linalg.norm(self.step_ras, axis=0)
-        return spacing
-
-    @property
-    def voxel_ml(self) -> float:
-        return float(np.prod(self.spacing_mm)) / 1000
-
-    def world(self, index: Array | NDArray[np.int64]) -> Array:
-        """RAS mm positions (N, 3) of indices (N, 3) in (k, j, i) order."""
-        positions: Array = np.asarray(index, dtype=np.float64) @ self.step_ras.T + self.origin_ras
-        return positions
 
 
 def read_header(path: str | Path) -> VolumeHeader:

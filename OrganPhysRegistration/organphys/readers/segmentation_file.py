@@ -11,15 +11,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ground.checks import Array, InputError
-from ..ground.notices import Notice
+from ..ground.checks import InputError
 from ..ground.progress import Progress, no_progress
 from ..points.point_sets import Organ
 from .label_counts import LabelCount, count_labels
 from .label_volume import VolumeHeader, read_header, slabs
-from .mask_cleaning import Mask, boundary_of, clean_mask
-from .mask_surface import surface_of_mask
+from .mask_cleaning import Mask
 from .organ_choice import OrganChoice, choose_organ, present
+from .organ_from_mask import occupied_box, organ_of_crop
 from .volume_checks import check_labels
 
 
@@ -56,8 +55,7 @@ def read_organ(
         ids = "+".join(map(str, choice.labels))
         wanted = f"label {ids}" if choice.name == f"label {ids}" else f"{choice.name!r} (label {ids})"
         raise InputError(f"{header.path}: {wanted} is not in the map; give one that is {present(header, label_scheme)}")
-    mask, notices = clean_mask(mask, header.spacing_mm, opening=opening, close_holes=close_holes)
-    return _organ(header, mask, corner, name=choice.name, notices=notices)
+    return organ_of_crop(mask, corner, header, name=choice.name, opening=opening, close_holes=close_holes)
 
 
 def describe_segmentation(
@@ -84,9 +82,8 @@ def _read_mask(header: VolumeHeader, choice: OrganChoice, progress: Progress) ->
         found = voxels == choice.labels[0]
         for label in choice.labels[1:]:
             found |= voxels == label
-        occupied = [np.flatnonzero(found.any(axis=axes)) for axes in ((1, 2), (0, 2), (0, 1))]
-        if len(occupied[0]):
-            box = tuple(slice(int(o[0]), int(o[-1]) + 1) for o in occupied)
+        box = occupied_box(found)
+        if box is not None:
             pieces.append((np.array([box[0].start + start, box[1].start, box[2].start]), found[box].copy()))
     if not pieces:
         return None, np.zeros(3, dtype=np.int64)
@@ -97,26 +94,3 @@ def _read_mask(header: VolumeHeader, choice: OrganChoice, progress: Progress) ->
         first = corner - low
         mask[tuple(slice(f, f + n) for f, n in zip(first, piece.shape, strict=True))] = piece
     return mask, low
-
-
-def _organ(
-    header: VolumeHeader, mask: Mask, corner: NDArray[np.int64], *, name: str, notices: tuple[Notice, ...]
-) -> Organ:
-    inside = np.flatnonzero(mask)
-    index = np.stack(np.unravel_index(inside, mask.shape), axis=1) + corner
-    if (index.min(0) == 0).any() or (index.max(0) == np.array(header.shape) - 1).any():
-        text = f"The {name} touches the border of the volume: the part beyond it is missing and its end is flat."
-        notices = (*notices, Notice("organ_cut_by_border", text))
-    surface = surface_of_mask(mask, origin=header.world(corner[None])[0], step=header.step_ras)
-    spacing: Array = header.spacing_mm[::-1].copy()
-    return Organ(
-        vertices=surface.vertices,
-        faces=surface.faces,
-        vertex_normals=surface.normals,
-        volume_points=header.world(index),
-        boundary=boundary_of(mask).ravel()[inside],
-        spacing_mm=spacing,
-        volume_ml=len(inside) * header.voxel_ml,
-        name=name,
-        notices=notices,
-    )
