@@ -24,7 +24,7 @@ class ChildProcess:
     """A running program with a private folder that is removed with it.
 
     ``arguments``: folder -> arguments of the program; ``on_line``: called with every line of its output; ``on_end``:
-    called once with a short reason when it ends by itself or speaks lines without end. After ``kill`` nothing is called.
+    called once with a short reason when it ends by itself or its line has no end. After ``kill`` nothing is called.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 """Client of the registration server: one child process, kept warm between runs, that speaks JSON lines.
 
 Nothing here blocks: requests are written to the child's standard input, its replies arrive with the event loop. A
-listener gets every event of its request; the last one is "done" or "failed", also when the child dies or talks nonsense.
+listener gets every event of its request; the last one is "done" or "failed", also when the child dies.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ class RunProcess:
     """The server's child process, started by the first request and again after it has died.
 
     ``arguments``: folder -> arguments of the Python that is started, for tests; ``ready``: what the child told of
-    itself ("organphys": version, "file": path), {} until it has.
+    itself ("organphys": version, "file": path), {} until it has; ``generation``: counts the children, so that a user
+    of several requests notices that a child has forgotten the first ones.
     """
 
     def __init__(self, arguments: Callable[[Path], list[str]] = server_arguments) -> None:
@@ -38,6 +39,7 @@ class RunProcess:
         self._listeners: dict[int, Listener] = {}
         self._last_id = 0
         self._cancelling = False
+        self.generation = 0
         self.ready: Event = {}
         self._slots = (self._start_took_too_long, self._cancel_took_too_long)  # PythonQt keeps no reference to them
         self._start_timer = _single_shot(START_MS, self._slots[0])
@@ -57,6 +59,7 @@ class RunProcess:
         """Start the child unless it lives; the folder shared with it, removed when it ends."""
         if self._child is None:
             self.ready = {}
+            self.generation += 1
             self._child = ChildProcess(self._arguments, on_line=self._read, on_end=self._ended)
             self._start_timer.start()
         return self._child.folder
