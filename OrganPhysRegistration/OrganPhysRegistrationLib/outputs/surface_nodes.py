@@ -1,0 +1,120 @@
+"""The organ surface after each stage, coloured by its distance to the splat."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import slicer
+
+from .case_record import STAGES, SURFACES, CaseNodes
+from .geometry import Array, cells, mapped, set_point_array, triangle_mesh, vtk_points
+from .node_factory import ensure, remove_role
+
+DISTANCE, DISPLACEMENT, DET_F = "distance_mm", "displacement_mm", "det_F"
+LEGEND = "Distance to the splat (mm)"
+STEPS_MM = (0.5, 1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100, 150, 200)
+# viridis (matplotlib, CC0) at nine places: even steps of lightness, safe for colour-blind eyes
+COLOURS = np.array(
+    [[68, 1, 84], [71, 44, 122], [59, 81, 139], [44, 113, 142], [33, 144, 141], [39, 173, 129], [92, 200, 99],
+     [170, 220, 50], [253, 231, 37]]
+)  # fmt: skip
+
+
+def write_surfaces(case: CaseNodes, outcome: Any, T_overlay_scene: Array, frame: Any) -> None:
+    """Fill the surface models of all stages that are done, in the overlay frame's mm; remove those of others."""
+    triangles, colours = cells(outcome.faces), _colour_table(case)
+    limit = colour_limit_mm(outcome)
+    for stage in STAGES:
+        if stage not in outcome.surfaces:
+            remove_role(case, f"surface_{stage}")
+            continue
+        fresh = case.get(f"surface_{stage}") is None
+        node = ensure(case, f"surface_{stage}")
+        mesh = triangle_mesh(mapped(T_overlay_scene, outcome.surfaces[stage]), triangles)
+        for name, values in _arrays(outcome, stage).items():
+            set_point_array(mesh, name, values)
+        mesh.GetPointData().SetActiveScalars(DISTANCE)
+        node.SetAndObserveMesh(mesh)
+        node.SetAndObserveTransformNodeID(frame.GetID())
+        node.GetDisplayNode().SetScalarRange(0.0, limit)
+        if fresh:
+            _style(node.GetDisplayNode(), colours)
+
+
+def colour_limit_mm(outcome: Any) -> float:
+    """Upper end of the colours, mm: 95 % of the last stage's distances on the side that faces the camera, rounded up.
+
+    The far side has no splat: its distances tell nothing about the fit and would press the rest into one colour.
+    """
+    distance = np.asarray(outcome.distance_mm[outcome.stage], dtype=np.float64)
+    facing = _facing(outcome.surfaces[outcome.stage], outcome.faces, outcome.camera_position) & np.isfinite(distance)
+    chosen = distance[facing] if facing.any() else distance[np.isfinite(distance)]
+    return next((step for step in STEPS_MM if step >= np.percentile(chosen, 95)), STEPS_MM[-1]) if len(chosen) else 1.0
+
+
+def move_surfaces(case: CaseNodes, matrix: Array) -> None:
+    """Map the vertices of all surfaces of the case by a (4, 4), for instance to a new scale of the scene."""
+    from .geometry import points_of
+
+    for role in SURFACES:
+        node = case.get(role)
+        if node is not None:
+            mesh = node.GetPolyData().NewInstance()
+            mesh.ShallowCopy(node.GetPolyData())
+            mesh.SetPoints(vtk_points(mapped(matrix, points_of(mesh))))
+            node.SetAndObserveMesh(mesh)
+
+
+def legend_of(node: Any) -> Any:
+    """Colour legend of a surface model, None if it has none."""
+    return slicer.modules.colors.logic().GetColorLegendDisplayNode(node)
+
+
+def _arrays(outcome: Any, stage: str) -> Mapping[str, Any]:
+    arrays = {DISTANCE: outcome.distance_mm[stage]}
+    if stage == "elastic":
+        arrays |= {DISPLACEMENT: outcome.displacement_mm, DET_F: outcome.det_f}
+    return arrays
+
+
+def _facing(vertices: Array, faces: Any, camera: Any) -> Any:
+    """Whether each vertex (Nv,) belongs to a triangle that turns its outside to the camera (3,)."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    towards = np.einsum("ij,ij->i", np.cross(b - a, c - a), np.asarray(camera) - a) > 0
+    facing = np.zeros(len(vertices), dtype=bool)
+    facing[faces[towards].ravel()] = True
+    return facing
+
+
+def _style(display: Any, colours: Any) -> None:
+    display.SetActiveScalarName(DISTANCE)
+    display.SetScalarRangeFlag(slicer.vtkMRMLDisplayNode.UseManualScalarRange)
+    display.SetAndObserveColorNodeID(colours.GetID())
+    display.SetScalarVisibility(True)
+    display.SetVisibility2D(True)
+    display.SetSliceIntersectionThickness(2)
+    display.SetOpacity(0.75)
+    display.SetVisibility(False)
+    legend = slicer.modules.colors.logic().AddDefaultColorLegendDisplayNode(display)
+    legend.SetTitleText(LEGEND)
+    legend.SetLabelFormat("%.3g")
+    legend.SetMaxNumberOfColors(256)
+    legend.SetNumberOfLabels(5)
+    legend.SetVisibility(False)
+
+
+def _colour_table(case: CaseNodes) -> Any:
+    """The case's own colour table: Slicer's own ones lie in files that not every installation has."""
+    found = case.get("colours")
+    if found is not None:
+        return found
+    node = ensure(case, "colours")
+    node.SetTypeToUser()
+    node.SetNumberOfColors(256)
+    place = np.linspace(0, len(COLOURS) - 1, 256)
+    ramp = np.stack([np.interp(place, np.arange(len(COLOURS)), COLOURS[:, k] / 255) for k in range(3)], axis=1)
+    for index, colour in enumerate(ramp):
+        node.SetColor(index, f"{index}", *map(float, colour), 1.0)
+    return node

@@ -1,0 +1,60 @@
+"""Tables of a case: the metrics with the warnings, and the numbers behind the plots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import vtk
+from vtk.util.numpy_support import numpy_to_vtk
+
+from .case_record import STAGES, CaseNodes
+from .node_factory import ensure
+from .transform_nodes import grid_rows
+
+COLUMNS = ("stage", "metric", "value", "unit")
+WORDS = {"ct": "CT", "det": "det", "F": "F"}
+
+
+def write_metrics(case: CaseNodes, outcome: Any) -> None:
+    """Fill the metrics table: one row per figure, then the times, then every warning in words."""
+    rows = [
+        (stage, _words(name), _number(entry["value"]), str(entry["unit"]))
+        for stage in STAGES
+        for name, entry in outcome.metrics.get(stage, {}).items()
+    ]
+    rows.append((outcome.stage, "scale of the splat", _number(outcome.mm_per_unit), "mm per scene unit"))
+    if outcome.grids is not None:
+        rows += [("transform", name, _number(value), unit) for name, value, unit in grid_rows(outcome.grids)]
+    rows += [(stage, "time", _number(seconds), "s") for stage, seconds in outcome.seconds.items()]
+    rows += [("warning", code.replace("_", " "), message, "") for code, message in outcome.notices]
+    fill_table(ensure(case, "metrics"), dict(zip(COLUMNS, zip(*rows, strict=True), strict=True)))
+
+
+def fill_table(node: Any, columns: Mapping[str, Sequence[Any]]) -> None:
+    """Give a table node new columns of numbers or of text."""
+    table = vtk.vtkTable()
+    for name, values in columns.items():
+        table.AddColumn(_column(name, values))
+    node.SetAndObserveTable(table)
+    node.SetLocked(True)
+
+
+def _column(name: str, values: Sequence[Any]) -> Any:
+    if len(values) and isinstance(values[0], str):
+        column = vtk.vtkStringArray()
+        for value in values:
+            column.InsertNextValue(value)
+    else:
+        column = numpy_to_vtk(np.ascontiguousarray(values, dtype=np.float64), deep=True)
+    column.SetName(name)
+    return column
+
+
+def _number(value: Any) -> str:
+    return f"{float(value):.4g}"
+
+
+def _words(name: str) -> str:
+    return " ".join(WORDS.get(word, word) for word in name.split("_"))

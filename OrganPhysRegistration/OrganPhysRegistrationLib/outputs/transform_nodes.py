@@ -1,0 +1,107 @@
+"""Transforms of a case: CT to scene (elastic grid, then similarity), its inverse, and the splat in CT millimetres.
+
+All in RAS mm and in Slicer's direction: a node placed under one of them is moved to the second frame of its name.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import slicer
+import vtk
+from vtk.util.numpy_support import numpy_to_vtk
+
+from ..inputs.matrices import matrix_of
+from .case_record import CaseNodes
+from .geometry import Array, scale_of
+from .node_factory import ensure
+
+KIND = "OrganPhys.Transform"
+ELASTIC, SIMILARITY, PENDING = "elastic", "similarity", "similarity only: the elastic part is not sampled yet"
+MB = 1e6
+
+
+def write_transforms(case: CaseNodes, outcome: Any, T_overlay_scene: Array, frame: Any) -> None:
+    """Fill the three transform nodes from the last stage that is done; linear ones unless it holds elastic grids."""
+    T_scene_ct = np.asarray(outcome.similarities[outcome.stage], dtype=np.float64)
+    T_overlay_ct = T_overlay_scene @ T_scene_ct
+    forward, inverse = ensure(case, "ct_to_scene"), ensure(case, "scene_to_ct")
+    forward.SetAndObserveTransformNodeID(frame.GetID())
+    splat_to_ct = ensure(case, "splat_to_ct_mm")
+    splat_to_ct.SetMatrixTransformToParent(matrix_of(np.linalg.inv(T_scene_ct)))
+    if outcome.grids is not None:
+        set_composite(forward, outcome.grids.forward, T_overlay_ct, grid_first=True)
+        set_composite(inverse, outcome.grids.inverse, np.linalg.inv(T_overlay_ct), grid_first=False)
+        kind = ELASTIC
+    else:
+        forward.SetMatrixTransformToParent(matrix_of(T_overlay_ct))
+        inverse.SetMatrixTransformToParent(matrix_of(np.linalg.inv(T_overlay_ct)))
+        kind = PENDING if outcome.stage == "elastic" else SIMILARITY
+    grids = {} if outcome.grids is None else {"forward": outcome.grids.forward, "inverse": outcome.grids.inverse}
+    for node, grid in ((forward, grids.get("forward")), (inverse, grids.get("inverse"))):
+        _state(node, kind, scale_of(T_overlay_ct), grid)
+
+
+def set_composite(node: Any, grid: Any, matrix: Array, *, grid_first: bool) -> None:
+    """To-parent transform of a displacement grid and a similarity (4, 4), in the order given."""
+    linear = vtk.vtkTransform()
+    linear.SetMatrix(matrix_of(matrix))
+    both = vtk.vtkGeneralTransform()
+    both.PostMultiply()
+    for part in (grid_transform(grid), linear) if grid_first else (linear, grid_transform(grid)):
+        both.Concatenate(part)
+    node.SetAndObserveTransformToParent(both)
+
+
+def grid_transform(grid: Any) -> Any:
+    """A ``DisplacementGrid`` as VTK transform; plain vtkGridTransform could not be saved by Slicer.
+
+    Cubic between the nodes, as Slicer reads it from a file: the same result before and after saving.
+    """
+    vectors = np.asarray(grid.vectors, dtype=np.float64)
+    image = vtk.vtkImageData()
+    image.SetOrigin(*map(float, grid.origin))
+    image.SetSpacing(*map(float, grid.spacing))
+    image.SetDimensions(*vectors.shape[2::-1])
+    data = numpy_to_vtk(np.ascontiguousarray(vectors).reshape(-1, 3), deep=True)
+    data.SetName("displacement_mm")
+    image.GetPointData().SetScalars(data)
+    transform = slicer.vtkOrientedGridTransform()
+    transform.SetDisplacementGridData(image)
+    transform.SetInterpolationModeToCubic()
+    return transform
+
+
+def grid_rows(grids: Any) -> list[tuple[str, float, str]]:
+    """Metric, value and unit of how well the grids stand for the mapping, for the metrics table."""
+    rows = []
+    for name, grid in (("CT to scene", grids.forward), ("scene to CT", grids.inverse)):
+        rows += [
+            (f"{name}: sampling error inside, largest", float(grid.error_mm["max"]), "mm"),
+            (f"{name}: sampling error inside, 95 %", float(grid.error_mm["p95"]), "mm"),
+            (f"{name}: sampling error within 30 mm outside, largest", float(grid.error_outside_mm["max"]), "mm"),
+            (f"{name}: grid spacing", float(np.max(grid.spacing)), "mm"),
+            (f"{name}: grid memory", np.size(grid.vectors) * 8 / MB, "MB"),
+        ]
+    return rows
+
+
+def _state(node: Any, kind: str, scale: float, grid: Any) -> None:
+    """What the transform is and how exact, as attributes that are saved with it."""
+    facts: dict[str, Any] = {KIND: kind, "OrganPhys.ScaleRatio": f"{scale:.6g}"}
+    for name in ("SamplingErrorMaxMm", "SamplingErrorP95Mm", "SamplingErrorOutsideMaxMm", "GridSpacingMm", "GridMB"):
+        facts[f"OrganPhys.{name}"] = None
+    if grid is not None:
+        facts |= {
+            "OrganPhys.SamplingErrorMaxMm": f"{grid.error_mm['max']:.4g}",
+            "OrganPhys.SamplingErrorP95Mm": f"{grid.error_mm['p95']:.4g}",
+            "OrganPhys.SamplingErrorOutsideMaxMm": f"{grid.error_outside_mm['max']:.4g}",
+            "OrganPhys.GridSpacingMm": f"{float(np.max(grid.spacing)):.4g}",
+            "OrganPhys.GridMB": f"{np.size(grid.vectors) * 8 / MB:.3g}",
+        }
+    for name, value in facts.items():
+        if value is None:
+            node.RemoveAttribute(name)
+        else:
+            node.SetAttribute(name, value)
