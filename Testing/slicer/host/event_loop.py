@@ -1,0 +1,94 @@
+"""Slicer's event loop, GIL included, and a meter of how long it was blocked.
+
+Slicer runs Qt's loop from C++ and keeps the GIL while it waits for events; PySide6 gives the GIL back, so a Python thread
+that starves in Slicer would run here. Calling Qt through ctypes.PyDLL keeps the GIL, as in Slicer: only what Python code
+on the main thread gives (time.sleep, file reading, 5 ms turns) is left for other Python threads.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import PySide6
+import shiboken6
+from PySide6 import QtCore
+
+TICK_MS = 5
+
+
+def _qt_core() -> ctypes.PyDLL:
+    library = ctypes.PyDLL(str(Path(PySide6.__file__).parent / "Qt" / "lib" / "libQt6Core.so.6"))
+    library.process_events = library["_ZN16QCoreApplication13processEventsE6QFlagsIN10QEventLoop17ProcessEventsFlagEE"]
+    library.process_events.argtypes, library.process_events.restype = [ctypes.c_int], None
+    library.run_loop = library["_ZN10QEventLoop4execE6QFlagsINS_17ProcessEventsFlagEE"]
+    library.run_loop.argtypes, library.run_loop.restype = [ctypes.c_void_p, ctypes.c_int], ctypes.c_int
+    return library
+
+
+_QT = _qt_core()
+
+
+def process_events(*_flags: object) -> None:
+    """One turn of the event loop with the GIL held; deferred deletions included."""
+    _QT.process_events(0)
+    QtCore.QCoreApplication.sendPostedEvents(None, QtCore.QEvent.Type.DeferredDelete.value)
+
+
+def run_loop(loop: QtCore.QEventLoop, *_flags: object) -> int:
+    """``QEventLoop.exec`` with the GIL held."""
+    return _QT.run_loop(shiboken6.getCppPointer(loop)[0], 0)
+
+
+def wait(seconds: float) -> None:
+    """Run the event loop for so long, as Slicer would with nothing else to do."""
+    loop, timer = QtCore.QEventLoop(), QtCore.QTimer()
+    timer.setSingleShot(True)
+    timer.timeout.connect(loop.quit)  # C++ to C++: no Python code, so no turn for other threads
+    timer.start(max(0, round(1000 * seconds)))
+    run_loop(loop)
+
+
+def wait_until(condition: Callable[[], object], timeout: float = 60.0, poll: float = 0.05) -> None:
+    """Run the event loop until ``condition()`` is true; TimeoutError after ``timeout`` seconds.
+
+    Looking at the condition lends other Python threads 5 ms every ``poll`` seconds; ``wait`` lends them nothing.
+    """
+    end = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > end:
+            raise TimeoutError(f"the awaited condition did not come true within {timeout:g} s")
+        wait(poll)
+
+
+@dataclass
+class LatencyMeter:
+    """``longest``: seconds between two turns of the event loop, the longest so far; ``turns``: how many were seen."""
+
+    longest: float = 0.0
+    turns: int = 0
+
+
+@contextmanager
+def latency_meter() -> Iterator[LatencyMeter]:
+    """Measure within a block, while the event loop runs (``wait``, ``wait_until``): a 5 ms timer marks its turns."""
+    meter, timer = LatencyMeter(), QtCore.QTimer()
+    last = time.monotonic()
+
+    def tick() -> None:
+        nonlocal last
+        now = time.monotonic()
+        meter.longest, meter.turns, last = max(meter.longest, now - last), meter.turns + 1, now
+
+    timer.setTimerType(QtCore.Qt.TimerType.PreciseTimer)
+    timer.timeout.connect(tick)
+    timer.start(TICK_MS)
+    try:
+        yield meter
+        tick()
+    finally:
+        timer.stop()
