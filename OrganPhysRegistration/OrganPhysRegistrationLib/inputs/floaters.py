@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+
 from organphys.ground.progress import Progress, no_progress
 from organphys.points.point_sets import Box
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from .splat_display import COLOUR, show_colours, show_gaussians, visible_gaussians
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import vtk
+
 from organphys.ground.checks import Array, InputError
 
 ROLE = "OrganPhys.Role"

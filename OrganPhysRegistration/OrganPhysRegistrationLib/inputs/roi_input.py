@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import vtk
+
 from organphys.ground.checks import InputError
 from organphys.points.point_sets import Box
 

@@ -9,6 +9,7 @@ import numpy as np
 import slicer
 import vtk
 from numpy.typing import NDArray
+
 from organphys.ground.checks import Array, InputError
 
 from .matrices import apply_matrix, array_of, world_from_node

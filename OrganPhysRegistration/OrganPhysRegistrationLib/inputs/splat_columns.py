@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from organphys.ground.checks import InputError
 from organphys.ground.notices import Notice
 

@@ -8,9 +8,10 @@ import numpy as np
 import slicer
 import vtk
 from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray, vtk_to_numpy
+
 from organphys.ground.checks import as_positive
 from organphys.points.point_sets import Box
-from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray, vtk_to_numpy
 
 COLOUR = "colour"
 POINT_SIZE = 4.0  # pixels

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 import slicer
 import vtk
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+
 from organphys.ground.checks import InputError
 from organphys.ground.notices import Notice
 from organphys.points.point_sets import GaussianCloud, SceneUnit
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from .splat_columns import SplatColumns, read_columns
 from .splat_display import COLOUR, create_display, show_gaussians

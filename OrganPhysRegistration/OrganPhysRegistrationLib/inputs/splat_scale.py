@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from organphys.ground.checks import Array, InputError, as_positive, one_of
 
 from .matrices import ROLE, array_of, matrix_of, world_from_node

@@ -1,0 +1,103 @@
+"""The sample case: a liver built from a formula and its splat, generated once and then read from the cache folder."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import slicer
+
+from organphys.points.point_sets import Landmarks
+
+from .splat_node import load_splat
+
+NAME = "OrganPhys liver"
+CATEGORY = "OrganPhys"
+ORGAN = "liver"
+FILES = ("ct_labels.nii.gz", "splat.ply", "landmarks.mrk.json", "case.json", "truth.npz")
+COLOURS = {"liver": (0.72, 0.33, 0.28), "gallbladder": (0.35, 0.60, 0.30)}
+
+
+@dataclass(frozen=True)
+class SampleNodes:
+    """segmentation and segment_id of the liver; splat model; landmarks (point list); folder of the files."""
+
+    segmentation: Any
+    segment_id: str
+    splat: Any
+    landmarks: Any
+    folder: Path
+
+
+def sample_folder() -> Path:
+    """Where the sample case lies: in Slicer's cache folder."""
+    cache = slicer.mrmlScene.GetCacheManager()
+    root = cache.GetRemoteCacheDirectory() if cache is not None else ""
+    return Path(root or slicer.app.temporaryPath) / "OrganPhysSampleCase"
+
+
+def load_sample_case(*, folder: str | Path | None = None, size: str = "full", on_status: Any = None) -> SampleNodes:
+    """Load the sample case into the scene; it is made first if it is not there (a few seconds, no network).
+
+    ``on_status``: called with one line before anything slow. InputError or OSError: the folder cannot be written.
+    """
+    folder = Path(folder) if folder is not None else sample_folder()
+    tell = on_status or slicer.util.showStatusMessage
+    if not all((folder / name).is_file() for name in FILES):
+        from organphys.pipeline.sample_case import write_sample_case
+
+        tell("OrganPhys: the sample case is being made, this takes some seconds ...")
+        write_sample_case(folder, size=size)
+    tell("OrganPhys: the sample case is being loaded ...")
+    facts = json.loads((folder / "case.json").read_text(encoding="utf-8"))
+    segmentation, segment_id = _segmentation(folder / "ct_labels.nii.gz", facts)
+    splat = load_splat(folder / "splat.ply")
+    splat.SetName("Sample splat")
+    landmarks = _landmarks(folder / "landmarks.mrk.json")
+    tell("")
+    return SampleNodes(segmentation, segment_id, splat, landmarks, folder)
+
+
+def register_sample_case(load: Any = load_sample_case, *, thumbnail: str | Path | None = None) -> None:
+    """Offer the case in the Sample Data module; ``load``: called without arguments when the user chooses it."""
+    import SampleData
+
+    SampleData.SampleDataLogic.registerCustomSampleDataSource(
+        category=CATEGORY,
+        sampleName=NAME,
+        thumbnailFileName=None if thumbnail is None else str(thumbnail),
+        customDownloader=lambda source: _nodes(load()),
+    )
+
+
+def _nodes(case: Any) -> list[Any]:
+    return [case.segmentation, case.splat, case.landmarks]
+
+
+def _segmentation(path: Path, facts: dict[str, Any]) -> tuple[Any, str]:
+    """The label map as a segmentation node whose segments carry the names of case.json; and the liver's id."""
+    segmentation = slicer.util.loadSegmentation(str(path), {"name": "Sample CT organs"})
+    content, liver = segmentation.GetSegmentation(), ""
+    for segment_id in list(content.GetSegmentIDs()):
+        segment = content.GetSegment(segment_id)
+        name = facts["label_names"].get(str(segment.GetLabelValue()), segment.GetName())
+        segment.SetName(name)
+        if name in COLOURS:
+            segment.SetColor(*COLOURS[name])
+        if name == ORGAN:
+            liver = segment_id
+    segmentation.CreateClosedSurfaceRepresentation()
+    return segmentation, liver
+
+
+def _landmarks(path: Path) -> Any:
+    from organphys.readers.landmarks_file import read_landmarks
+
+    landmarks: Landmarks = read_landmarks(path)
+    node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLMarkupsFiducialNode", "Sample landmarks")
+    node.CreateDefaultDisplayNodes()
+    for position, name in zip(landmarks.positions, landmarks.names, strict=True):
+        node.AddControlPoint(position.tolist(), name)
+    return node
