@@ -35,7 +35,7 @@ def write_outcome(
     """
     scene = splat.GetScene()
     known = CaseNodes.find(scene, case_id) if case_id else case_of(segmentation, segment_id, splat)
-    case = known or CaseNodes(case_id or uuid.uuid4().hex[:12], scene)
+    case = known or CaseNodes(case_id or new_case_id(), scene)
     before = SceneSnapshot(case, splat)
     with batch(scene):
         try:
@@ -52,6 +52,11 @@ def case_of(segmentation: Any, segment_id: str, splat: Any) -> CaseNodes | None:
         if case.splat is splat and case.segmentation is segmentation and case.segment_id == segment_id:
             return case
     return None
+
+
+def new_case_id() -> str:
+    """An id that no other case has, also not one of a scene that is loaded later."""
+    return uuid.uuid4().hex[:12]
 
 
 @contextmanager
@@ -103,6 +108,6 @@ def _write_case(case: CaseNodes, segmentation: Any, segment_id: str, splat: Any)
 def _show_registered_scale(case: CaseNodes, outcome: Any, splat: Any) -> None:
     """Show the splat at 1/s when no unit was stated. Several organs on one splat keep the scale of the first."""
     others = [one for one in CaseNodes.all(case.scene) if one.case_id != case.case_id and one.splat is splat]
-    if not outcome.unit_stated and not others:
-        if mm_per_unit_of(splat)[:2] != (float(outcome.mm_per_unit), "registered"):
-            set_scale(splat, float(outcome.mm_per_unit), "registered")
+    registered = float(outcome.mm_per_unit)
+    if not outcome.unit_stated and not others and mm_per_unit_of(splat)[:2] != (registered, "registered"):
+        set_scale(splat, registered, "registered")

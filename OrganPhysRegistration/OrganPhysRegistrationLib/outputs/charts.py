@@ -13,7 +13,7 @@ from .node_factory import ensure, remove_role
 from .tables import fill_table
 
 BLUE, AMBER, GREEN, CRIMSON = (0.18, 0.44, 0.87), (0.78, 0.47, 0.0), (0.18, 0.61, 0.34), (0.76, 0.09, 0.24)
-STEP, TO_CT, TO_SPLAT, DRIFT = "step", "splat to organ (mm)", "organ to splat (mm)", "volume drift (%)"
+STEP, ALPHA, TO_CT, TO_SPLAT, DRIFT = "step", "alpha", "splat to organ (mm)", "organ to splat (mm)", "volume drift (%)"
 TWIST, COST = "twist (deg)", "cost"
 
 
@@ -34,6 +34,7 @@ def _convergence(case: CaseNodes, steps: Sequence[dict[str, Any]]) -> None:
     table = ensure(case, "convergence_table")
     columns = {
         STEP: np.arange(1, len(steps) + 1),
+        ALPHA: [step["alpha"] for step in steps],
         TO_CT: [step["trim30_splat_to_ct_mm"] for step in steps],
         TO_SPLAT: [step["trim30_ct_to_splat_mm"] for step in steps],
         DRIFT: [step["volume_drift_percent"] for step in steps],

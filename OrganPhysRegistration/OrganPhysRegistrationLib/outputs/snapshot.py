@@ -1,4 +1,4 @@
-"""What a run changes in the scene, as it was before: for undoing a run and for leaving nothing behind when one fails."""
+"""What a run changes in the scene, as it was before: to undo a run, and to leave nothing behind when one fails."""
 
 from __future__ import annotations
 
