@@ -19,16 +19,7 @@ from .ui_loader import STAND_INS, stand_in
 class ctkPathLineEdit(QtWidgets.QWidget):
     currentPathChanged = Signal(str)
     validInputChanged = Signal(bool)
-    Dirs, Files, Drives, NoDotAndDotDot, Readable, Writable, Executable, Hidden = (
-        1,
-        2,
-        4,
-        0x6000,
-        0x10,
-        0x20,
-        0x40,
-        0x100,
-    )
+    Dirs, Files, Readable, Writable, Executable = 0x1, 0x2, 0x10, 0x20, 0x40
     filters = held(int, "filters", 0)
     nameFilters = held("QStringList", "nameFilters", [])
     settingKey = held(str, "settingKey", "")

@@ -1,8 +1,8 @@
 """Slicer's event loop, GIL included, and a meter of how long it was blocked.
 
-Slicer runs Qt's loop from C++ and keeps the GIL while it waits for events; PySide6 gives the GIL back, so a Python thread
-that starves in Slicer would run here. Calling Qt through ctypes.PyDLL keeps the GIL, as in Slicer: only what Python code
-on the main thread gives (time.sleep, file reading, 5 ms turns) is left for other Python threads.
+Slicer runs Qt's loop from C++ and keeps the GIL while it waits for events; PySide6 gives the GIL back, so a Python
+thread that starves in Slicer would run here. Calling Qt through ctypes.PyDLL keeps the GIL, as in Slicer: only what
+Python code on the main thread gives (time.sleep, file reading, 5 ms turns) is left for other Python threads.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ class HierarchyItems:
             self._add(node)
 
     def _add(self, node: Any) -> None:
-        if node is None or (not node.IsA("vtkMRMLDisplayableNode") and not node.IsA("vtkMRMLStorableNode")):
+        if node is None or not any(node.IsA(c) for c in ("vtkMRMLDisplayableNode", "vtkMRMLStorableNode")):
             return
         if node.GetHideFromEditors() or node.IsA("vtkMRMLColorNode") or node.IsA("vtkMRMLAbstractViewNode"):
             return

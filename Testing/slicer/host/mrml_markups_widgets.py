@@ -20,12 +20,8 @@ class qSlicerMarkupsPlaceWidget(SceneObserver, QtWidgets.QWidget):
     mrmlSceneChanged = Signal(object)
     activeMarkupsFiducialPlaceModeChanged = Signal(bool)
     activeMarkupsPlaceModeChanged = Signal(bool)
-    (
-        ShowPlaceMultipleMarkupsOption,
-        ForcePlaceSingleMarkup,
-        ForcePlaceMultipleMarkups,
-        HidePlaceMultipleMarkupsOption,
-    ) = range(4)
+    ShowPlaceMultipleMarkupsOption, HidePlaceMultipleMarkupsOption = 0, 1
+    ForcePlaceSingleMarkup, ForcePlaceMultipleMarkups = 2, 3
     placeMultipleMarkups = held(int, "placeMultipleMarkups", 0)
     buttonsVisible = held(bool, "buttonsVisible", True)
     deleteAllControlPointsOptionVisible = held(bool, "deleteAllControlPointsOptionVisible", True)

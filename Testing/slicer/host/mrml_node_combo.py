@@ -84,9 +84,8 @@ class qMRMLNodeComboBox(SceneObserver, QtWidgets.QWidget):
         self._ids = ([None] if self.noneEnabled else []) + [node.GetID() for node in nodes]
         self._combo.blockSignals(True)
         self._combo.clear()
-        self._combo.addItems(
-            ([self.noneDisplay] if self.noneEnabled else []) + [n.GetName() or n.GetID() for n in nodes]
-        )
+        none = [self.noneDisplay] if self.noneEnabled else []
+        self._combo.addItems(none + [node.GetName() or node.GetID() for node in nodes])
         if self.addEnabled and self._types:
             self._combo.addItem("Create new " + self._types[0].removeprefix("vtkMRML").removesuffix("Node"))
         self._combo.blockSignals(False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import slicer
@@ -47,6 +48,8 @@ def build() -> Core:
     app_logic.SetMRMLScene(scene)
     app_logic.SetTemporaryPath(folder)
     app_logic.SetHomeDirectory(folder)  # no colour files there; the built-in colour tables remain
+    app_logic.SetShareDirectory(".")
+    (Path(folder) / "ColorFiles").mkdir()
     app_logic.GetColorLogic().SetMRMLScene(scene)
     app_logic.GetColorLogic().AddDefaultColorNodes()
     app_logic.SetSliceLogics(vtk.vtkCollection())

@@ -1,4 +1,4 @@
-"""``python -m host.probe``: can this machine run the host? Starts it and draws a view; a crash ends only this process."""
+"""``python -m host.probe``: can this machine run the host? Starts it and draws a view; a crash stays in here."""
 
 from __future__ import annotations
 
@@ -8,17 +8,10 @@ import sys
 from pathlib import Path
 
 PACKAGES = "pip install -c constraints.txt -e '.[slicer-test]' (Linux x86-64, Python 3.10 to 3.13)"
-LIBRARIES = [
-    "libegl1",
-    "libegl-mesa0",
-    "libgl1",
-    "libgl1-mesa-dri",
-    "libxkbcommon0",
-    "libfontconfig1",
-    "libglib2.0-0",
-    "libdbus-1-3",
-    "fonts-dejavu-core",
-]
+LIBRARIES = (
+    "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libxkbcommon0 libfontconfig1 libglib2.0-0 libdbus-1-3 "
+    "fonts-dejavu-core"
+)
 DONE = "the host draws"
 
 
@@ -38,7 +31,7 @@ def reason_not_to_run(timeout: float = 180) -> str:
     last = complaints[-1].strip()[:200]
     if "No module named" in last:
         return f"{last}: {PACKAGES}"
-    return f"the test host ended with status {result.returncode} ({last}); needs: apt-get install {' '.join(LIBRARIES)}"
+    return f"the test host ended with status {result.returncode} ({last}); needs: apt-get install {LIBRARIES}"
 
 
 def main() -> None:

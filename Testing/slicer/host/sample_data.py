@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import types
-from typing import Any
+from typing import Any, ClassVar
 
 import slicer
 
@@ -15,7 +15,7 @@ class SampleDataSource:
 
 
 class SampleDataLogic:
-    sources: list[SampleDataSource] = []
+    sources: ClassVar[list[SampleDataSource]] = []
 
     @staticmethod
     def registerCustomSampleDataSource(category: str = "Custom", **fields: Any) -> None:

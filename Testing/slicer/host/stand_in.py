@@ -14,9 +14,7 @@ def parent_of(arguments: tuple[Any, ...]) -> QtWidgets.QWidget | None:
     return next((a for a in arguments if isinstance(a, QtWidgets.QWidget)), None)
 
 
-def held(
-    kind: Any, name: str, default: Any, *, signal: str = "", changed: Callable[..., Any] | None = None
-) -> Property:
+def held(kind: Any, name: str, default: Any, *, signal: str = "", changed: Callable[[Any], None] | None = None) -> Any:
     """A Q_PROPERTY that only holds its value; emits ``signal`` and calls ``changed(widget)`` when that changes."""
     key = "_held_" + name
 

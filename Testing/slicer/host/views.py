@@ -8,7 +8,7 @@ from typing import Any
 import slicer
 import vtk
 
-THREED = [
+THREED = (
     "vtkMRMLCameraDisplayableManager",
     "vtkMRMLViewDisplayableManager",
     "vtkMRMLModelDisplayableManager",
@@ -19,8 +19,8 @@ THREED = [
     "vtkMRMLMarkupsDisplayableManager",
     "vtkMRMLTransformsDisplayableManager3D",
     "vtkMRMLColorLegendDisplayableManager",
-]
-SLICE = [
+)
+SLICE = (
     "vtkMRMLModelSliceDisplayableManager",
     "vtkMRMLCrosshairDisplayableManager",
     "vtkMRMLOrientationMarkerDisplayableManager",
@@ -30,13 +30,13 @@ SLICE = [
     "vtkMRMLMarkupsDisplayableManager",
     "vtkMRMLTransformsDisplayableManager2D",
     "vtkMRMLColorLegendDisplayableManager",
-]
+)
 
 
 class View:
     """A render window with the displayable managers of one kind of view; ``node`` is its view node."""
 
-    def __init__(self, core: Any, kind: str, managers: list[str], size: tuple[int, int]) -> None:
+    def __init__(self, core: Any, kind: str, managers: tuple[str, ...], size: tuple[int, int]) -> None:
         self.window, self.renderer = vtk.vtkRenderWindow(), vtk.vtkRenderer()
         self.window.SetOffScreenRendering(1)
         self.window.SetMultiSamples(0)  # software rendering loses translucent surfaces with them
