@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import vtk
+
 from organphys.ground.checks import InputError
 
 from .case_record import CASE, ROLE, CaseNodes

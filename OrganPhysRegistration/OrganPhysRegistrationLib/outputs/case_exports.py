@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import slicer
 import vtk
+from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+
 from organphys.ground.atomic_file import atomic_path, write_bytes
 from organphys.ground.checks import InputError, one_of
-from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from ..inputs.matrices import matrix_of
 from .case_record import CaseNodes

@@ -82,6 +82,7 @@ def _write(case: CaseNodes, outcome: Any, segmentation: Any, segment_id: str, sp
         seconds=dict(outcome.seconds),
         notices=[list(notice) for notice in outcome.notices],
         facts=dict(outcome.facts),
+        stops=dict(outcome.stops),
         mm_per_unit=float(outcome.mm_per_unit),
         unit_stated=bool(outcome.unit_stated),
         camera_position=np.asarray(outcome.camera_position, dtype=float).tolist(),
@@ -108,6 +109,7 @@ def _write_case(case: CaseNodes, segmentation: Any, segment_id: str, splat: Any)
 def _show_registered_scale(case: CaseNodes, outcome: Any, splat: Any) -> None:
     """Show the splat at 1/s when no unit was stated. Several organs on one splat keep the scale of the first."""
     others = [one for one in CaseNodes.all(case.scene) if one.case_id != case.case_id and one.splat is splat]
-    registered = float(outcome.mm_per_unit)
-    if not outcome.unit_stated and not others and mm_per_unit_of(splat)[:2] != (registered, "registered"):
+    registered, (shown, kind, _) = float(outcome.mm_per_unit), mm_per_unit_of(splat)
+    stated = outcome.unit_stated or kind == "stated"
+    if not stated and not others and (shown, kind) != (registered, "registered"):
         set_scale(splat, registered, "registered")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import slicer
+
 from organphys.ground.checks import InputError
 
 CASE, ROLE = "OrganPhys.Case", "OrganPhys.Role"
@@ -83,7 +84,7 @@ class CaseNodes:
 
     @property
     def record(self) -> dict[str, Any]:
-        """Figures of the run: stage, similarities (T_scene_ct, 4x4 lists), metrics, seconds (s), notices, facts,
+        """Figures of the run: stage, similarities (T_scene_ct, 4x4 lists), metrics, seconds (s), notices, facts, stops,
         mm_per_unit, unit_stated, camera_position (scene units), T_overlay_scene (4x4 list), transform."""
         return dict(json.loads(self.node("case").GetAttribute(RECORD) or "{}"))
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import slicer
 import vtk
+
 from organphys.ground.checks import InputError
 
 from .case_record import SURFACES, CaseNodes

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import vtk
+
 from organphys.ground.checks import InputError, one_of
 
 from ..inputs.matrices import array_of, matrix_of

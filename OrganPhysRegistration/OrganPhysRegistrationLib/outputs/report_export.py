@@ -7,8 +7,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from organphys.ground.notices import Notice
 from vtk.util.numpy_support import vtk_to_numpy
+
+from organphys.ground.notices import Notice
 
 from ..inputs.splat_node import splat_arrays
 from .case_record import CaseNodes
@@ -31,9 +32,10 @@ def export_report(case: CaseNodes, path: str | os.PathLike[str]) -> None:
 
 
 def _content(case: CaseNodes) -> Any:
+    from scipy.spatial import cKDTree
+
     from organphys.exports.report_content import ReportContent, StagePicture
     from organphys.points.point_sets import Camera
-    from scipy.spatial import cKDTree
 
     organ, record = asset_of(case), case.record
     splat = splat_arrays(case.splat)
@@ -54,6 +56,7 @@ def _content(case: CaseNodes) -> Any:
         inputs=list(record["facts"].items()),
         metrics=record["metrics"],
         seconds=record["seconds"],
+        stops=record["stops"],
         steps=_steps(case),
         splat_to_ct_mm=cKDTree(stages["elastic"]).query(centres)[0] * record["mm_per_unit"],
         provenance=organ.provenance,

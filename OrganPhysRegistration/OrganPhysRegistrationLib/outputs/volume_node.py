@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from organphys.ground.checks import InputError
 from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+
+from organphys.ground.checks import InputError
 
 from .case_record import CaseNodes
 from .geometry import Array, mapped, point_cloud, set_point_array
