@@ -1,0 +1,68 @@
+"""Section 1, first part: organ, splat and crop box."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import qt
+import slicer
+from slicer.i18n import tr as _
+
+from .section import Section, guarded
+from .segmentation_shortcuts import offer
+
+
+class InputsSection(Section):
+    """Segment selector, splat selector with its Load button, crop box, sample data."""
+
+    def __init__(self, panel: Any) -> None:
+        super().__init__(panel)
+        ui = self.ui
+        offer(ui.segmentWithButton)
+        ui.splatSelector.addAttribute("vtkMRMLModelNode", "OrganPhys.Splat", "1")
+        ui.segmentSelector.connect("currentNodeChanged(vtkMRMLNode*)", self._segmentation_chosen)
+        ui.segmentSelector.connect("currentSegmentChanged(QString)", self._segment_chosen)
+        ui.loadSplatButton.connect("clicked()", self.choose_splat_file)
+        ui.sampleDataButton.connect("clicked()", self.load_sample_case)
+        self._showing = False
+
+    def refresh(self) -> None:
+        selector, chosen = self.ui.segmentSelector, self.panel.parameters
+        self._showing = True
+        try:
+            if selector.currentNode() is not chosen.segmentation:
+                selector.setCurrentNode(chosen.segmentation)
+            if chosen.segmentID and selector.currentSegmentID() != chosen.segmentID:
+                selector.setCurrentSegmentID(chosen.segmentID)
+        finally:
+            self._showing = False
+
+    @guarded
+    def choose_splat_file(self) -> None:
+        """Ask for a PLY file and load it."""
+        path = qt.QFileDialog.getOpenFileName(
+            slicer.util.mainWindow(), _("Load Gaussian splat"), "", _("Gaussian splat") + " (*.ply)"
+        )
+        if path:
+            self.load_splat(path)
+
+    def load_splat(self, path: str) -> None:
+        """Load a splat and choose it."""
+        with slicer.util.WaitCursor():
+            self.panel.parameters.splat = self.panel.logic.loadSplat(path)
+        self.panel.tell("")
+
+    @guarded
+    def load_sample_case(self) -> None:
+        """Load the generated case and choose its nodes."""
+        with slicer.util.WaitCursor():
+            self.panel.choose(self.panel.logic.loadSampleCase())
+
+    def _segmentation_chosen(self, node: Any) -> None:
+        if not self._showing and self.panel.parameters is not None:
+            self.panel.parameters.segmentation = node
+            self.panel.parameters.segmentID = self.ui.segmentSelector.currentSegmentID() or ""
+
+    def _segment_chosen(self, segment_id: str) -> None:
+        if not self._showing and self.panel.parameters is not None:
+            self.panel.parameters.segmentID = segment_id or ""

@@ -1,0 +1,92 @@
+"""The panel as a whole: its sections and what they share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import qt
+import vtk
+from slicer.util import NodeModify, VTKObservationMixin
+
+from ..outputs.case_record import CaseNodes
+from ..parameters import OrganPhysRegistrationParameterNode
+from .message_box import show_message
+from .section import Section
+
+PARAMETER = "SlicerParameterName"  # dynamic property of a widget in the .ui: the parameter it shows
+
+
+class Panel(VTKObservationMixin):
+    """``ui``: widgets of the .ui by name; ``logic``: OrganPhysRegistrationLogic.
+
+    ``parameters`` is None while a scene is closed or loaded. ``sections`` are refreshed together, once per turn of the
+    event loop, after any parameter has changed.
+    """
+
+    def __init__(self, ui: Any, logic: Any) -> None:
+        VTKObservationMixin.__init__(self)
+        self.ui, self.logic = ui, logic
+        self.parameters: OrganPhysRegistrationParameterNode | None = None
+        self.sections: list[Section] = []
+        self._gui_tag: int | None = None
+        self._timer = qt.QTimer()
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(0)
+        self._timer.connect("timeout()", self.refresh)
+
+    def connect_parameters(self, parameters: OrganPhysRegistrationParameterNode | None) -> None:
+        """Bind the widgets to other parameters, or to none."""
+        if self.parameters is not None:
+            self.parameters.disconnectGui(self._gui_tag)
+            self.removeObserver(self.parameters.parameterNode, vtk.vtkCommand.ModifiedEvent, self.refresh_soon)
+        self.parameters = parameters
+        if parameters is not None:
+            self._gui_tag = parameters.connectParametersToGui(self._widgets_of_parameters())
+            self.addObserver(parameters.parameterNode, vtk.vtkCommand.ModifiedEvent, self.refresh_soon)
+        for section in self.sections:
+            section.bind()
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show the present state in every section."""
+        if self.parameters is None:
+            return
+        for section in self.sections:
+            section.refresh()
+
+    def refresh_soon(self, *_event: Any) -> None:
+        """Refresh in the next turn of the event loop, however often this is called until then."""
+        self._timer.start()
+
+    def tell(self, lines: str | Sequence[str], kind: str = "info") -> None:
+        """Tell the user something beside the Register button; ``kind``: "info", "good", "warning" or "error"."""
+        show_message(self.ui.messageLabel, lines, kind)
+
+    def choose(self, nodes: Mapping[str, Any]) -> None:
+        """Set several parameters at once: name -> value."""
+        with NodeModify(self.parameters.parameterNode):
+            for name, value in nodes.items():
+                setattr(self.parameters, name, value)
+
+    def leave(self) -> None:
+        """The user goes to another module: point placing ends, a run goes on."""
+        self.ui.landmarksPlaceWidget.setPlaceModeEnabled(False)
+
+    def case(self) -> CaseNodes | None:
+        """The case whose results are shown."""
+        if self.parameters is None or not self.parameters.caseID:
+            return None
+        return CaseNodes.find(case_id=self.parameters.caseID)
+
+    def cleanup(self) -> None:
+        """Let go of everything that is observed."""
+        self.connect_parameters(None)
+        self._timer.stop()
+        for section in self.sections:
+            section.cleanup()
+        self.removeObservers()
+
+    def _widgets_of_parameters(self) -> dict[str, Any]:
+        widgets = {widget.property(PARAMETER): widget for widget in vars(self.ui).values()}
+        return {name: widget for name, widget in widgets.items() if name}

@@ -1,0 +1,128 @@
+"""Section 3: starting, watching, cancelling and undoing a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from slicer.i18n import tr as _
+
+from ..choices import Stage
+from .message_box import show_message
+from .section import Section, guarded
+
+ALL_STAGES = ("coarse", "rigid", "elastic")
+
+
+class RegisterSection(Section):
+    """Register becomes Cancel while a run lasts. Why a run is not possible is told below the button."""
+
+    def __init__(self, panel: Any) -> None:
+        super().__init__(panel)
+        ui = self.ui
+        self.run: Any = None
+        ui.applyButton.connect("clicked()", self.apply)
+        self._steps = {"coarse": ui.coarseButton, "rigid": ui.rigidButton, "elastic": ui.elasticButton}
+        ui.coarseButton.connect("clicked()", lambda: self.start(("coarse",)))
+        ui.rigidButton.connect("clicked()", lambda: self.start(("rigid",)))
+        ui.elasticButton.connect("clicked()", lambda: self.start(("elastic",)))
+        ui.undoButton.connect("clicked()", self.undo)
+
+    @property
+    def running(self) -> bool:
+        """Whether a run lasts, its transform grids included."""
+        return self.run is not None and not self.run.finished
+
+    def refresh(self) -> None:
+        running, ui = self.running, self.ui
+        cancelling = running and self.run.state == "cancelling"
+        reasons = [] if running else self.panel.logic.problems(self.panel.parameters)
+        ui.applyButton.text = _("Cancel") if running else _("Register")
+        ui.applyButton.enabled = not cancelling and not reasons
+        tip = _("Stop the run; the scene is restored.") if running else _("Coarse, rigid and elastic in one run.")
+        ui.applyButton.toolTip = "\n".join(reasons) or tip
+        show_message(ui.reasonLabel, reasons[:1], "info")
+        ui.progressBar.visible = running
+        for button in self._steps.values():
+            button.enabled = not running and not reasons
+        ui.undoButton.enabled = not running and self.panel.logic.canUndo()
+
+    @guarded
+    def apply(self) -> None:
+        """Start a run of all stages, or cancel the one that lasts."""
+        if self.running:
+            self.run.cancel()
+            self.panel.refresh()
+        else:
+            self.start(ALL_STAGES)
+
+    @guarded
+    def start(self, stages: Sequence[str], start: Any = None) -> None:
+        """Start a run. ``start`` (4, 4): T_scene_ct set by hand, the first of ``stages`` begins there."""
+        self.panel.tell("")
+        self._progress("prepare", 0.0)
+        self.run = self.panel.logic.startRun(
+            self.panel.parameters,
+            stages,
+            start=start,
+            onProgress=self._progress,
+            onDone=self._done,
+            onTransform=self._transform_done,
+            onFailed=self._failed,
+        )
+        self.panel.refresh()
+
+    @guarded
+    def undo(self) -> None:
+        """Take the last run back."""
+        case = self.panel.logic.undo()
+        parameters = self.panel.parameters
+        parameters.caseID = case.case_id if case is not None else ""
+        if case is not None:
+            parameters.shownStage = Stage(case.stage)
+        self.panel.tell(_("The last run was taken back."))
+        self.panel.refresh()
+
+    def _progress(self, stage: str, fraction: float) -> None:
+        percent = round(100 * fraction)
+        self.ui.progressBar.value = percent
+        self.ui.progressBar.format = f"{_stage_name(stage)} – {percent} %"
+
+    def _done(self, case: Any) -> None:
+        parameters = self.panel.parameters
+        if parameters is not None:
+            parameters.caseID = case.case_id
+            parameters.shownStage = Stage(case.stage)
+        self._tell_outcome(case)
+        self.panel.refresh()
+
+    def _transform_done(self, case: Any) -> None:
+        self.panel.refresh()
+
+    def _failed(self, code: str, message: str) -> None:
+        self.panel.tell(message, "info" if code == "cancelled" else "error")
+        self.panel.refresh()
+
+    def _tell_outcome(self, case: Any) -> None:
+        """The run's warnings in plain words, or that there are none."""
+        record = case.record
+        warnings = [message for _code, message in record["notices"]]
+        if warnings:
+            self.panel.tell(warnings, "warning")
+        else:
+            seconds = sum(record["seconds"].values())
+            self.panel.tell(_("Done in {seconds:.1f} s, without warnings.").format(seconds=seconds), "good")
+
+
+def _stage_name(stage: str) -> str:
+    names = {
+        "prepare": _("Reading the inputs"),
+        "load": _("Preparing organ and splat"),
+        "coarse": _("Coarse"),
+        "basis": _("Elastic basis"),
+        "rigid": _("Rigid"),
+        "elastic": _("Elastic"),
+        "grids": _("Transform"),
+        "results": _("Results"),
+    }
+    return names.get(stage, stage.capitalize())
