@@ -41,7 +41,8 @@ def _combo(widget: Any, parameter: Parameter) -> Connection:
     choices = parameter.note(Choice)
     values = list(choices[0]) if choices else list(parameter.base)
     widget.clear()
-    widget.addItems([value.name if isinstance(value, enum.Enum) else str(value) for value in values])
+    label = getattr(parameter.base, "label", lambda value: value.name if isinstance(value, enum.Enum) else str(value))
+    widget.addItems([label(value) for value in values])
     return (
         widget.currentIndexChanged,
         lambda: values[widget.currentIndex],
