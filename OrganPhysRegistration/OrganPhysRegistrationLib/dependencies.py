@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import slicer
+from organphys.ground.checks import InputError
 
 REQUESTER = "OrganPhys"
 SHIPPED = ("numpy", "vtk", "SimpleITK")  # part of every Slicer: never installed by an extension
@@ -24,13 +25,13 @@ PINNED = ("numpy", "scipy", "SimpleITK", "torch")
 TORCH = ">=2.4"
 
 
-class DependencyError(RuntimeError):
+class DependencyError(InputError):
     """A package is missing; the message says what the user can do."""
 
 
 @dataclass(frozen=True)
 class Package:
-    """module: name to import; requirement: what pip is asked for; download_mb: with what it brings along, rounded up."""
+    """module: name to import; requirement: what pip is asked for; download_mb: MB, with what it brings along."""
 
     module: str
     requirement: str
@@ -142,7 +143,8 @@ def _ensure_torch() -> None:
     other = "or choose the RKPM weights"
     if not _is_found("PyTorchUtils"):
         raise DependencyError(
-            f"Learned weights need the PyTorch extension: install it in the Extensions Manager and restart Slicer, {other}."
+            "Learned weights need the PyTorch extension: install it in the Extensions Manager and restart Slicer, "
+            f"{other}."
         )
     torch_logic = importlib.import_module("PyTorchUtils").PyTorchUtilsLogic()
     torch = torch_logic.installTorch(askConfirmation=True, torchVersionRequirement=TORCH)

@@ -60,16 +60,6 @@ def gather(inputs: RunInputs) -> Generator[None, None, GatheredCase]:
     )
 
 
-def gathered_at_once(inputs: RunInputs) -> GatheredCase:
-    """As ``gather``, without steps."""
-    steps = gather(inputs)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
-
-
 def _landmarks(node: Any) -> Landmarks | None:
     if node is None or node.GetNumberOfDefinedControlPoints() == 0:
         return None

@@ -17,8 +17,7 @@ class RunInputs:
     segmentation, segment_id: the organ; splat: model node of ``inputs.splat_node``; landmarks: markups on the organ's
     surface; roi: crop of the splat; camera_position (3,): endoscope in scene units, None for the scene's origin;
     camera_fov_deg: full angle, degrees; mm_per_unit: mm per scene unit if known, unit_percent its standard deviation
-    in percent (0: exact); landmark_radius_mm: None lets the method choose; opacity: Gaussians below are left out;
-    case_id: results replace those of this case, None makes a new one.
+    in percent (0: exact); landmark_radius_mm: None lets the method choose; opacity: Gaussians below are left out.
     """
 
     segmentation: Any
@@ -39,7 +38,6 @@ class RunInputs:
     close_holes: bool = False
     opening: bool = True
     seed: int = 0
-    case_id: str | None = None
 
     @property
     def nodes(self) -> dict[str, Any]:
@@ -76,7 +74,6 @@ def inputs_from_parameters(parameters: Any) -> RunInputs:
         close_holes=parameters.closeHoles,
         opening=parameters.opening,
         seed=parameters.seed,
-        case_id=parameters.caseID or None,
     )
 
 

@@ -39,6 +39,7 @@ class RunProcess:
         self._listeners: dict[int, Listener] = {}
         self._last_id = 0
         self._cancelling = False
+        self._on_stopped: Callable[[], None] | None = None
         self.generation = 0
         self.ready: Event = {}
         self._slots = (self._start_took_too_long, self._cancel_took_too_long)  # PythonQt keeps no reference to them
@@ -72,9 +73,15 @@ class RunProcess:
         self._write({"id": self._last_id, "do": do, **fields})
         return self._last_id
 
-    def cancel(self) -> None:
-        """Ask the child to drop its request; after 1.5 s it is killed. The listener gets "failed", code "cancelled"."""
-        if self._listeners and not self._cancelling:
+    def cancel(self, on_stopped: Callable[[], None] | None = None) -> None:
+        """Ask the child to drop its request; after 1.5 s it is killed. The listener gets "failed", code "cancelled".
+
+        ``on_stopped``: called once nothing is under way any more, at once if nothing is.
+        """
+        self._on_stopped = on_stopped
+        if not self._listeners:
+            self._end_cancelling()
+        elif not self._cancelling:
             self._cancelling = True
             self._write({"do": "cancel"})
             self._cancel_timer.start()
@@ -82,6 +89,7 @@ class RunProcess:
     def stop(self) -> None:
         """End the child at once, without a word to the listeners."""
         self._listeners.clear()
+        self._cancelling, self._on_stopped = False, None
         self._forget_child()
 
     def _write(self, message: Event) -> None:
@@ -100,10 +108,10 @@ class RunProcess:
             return
         number, final = event.get("id"), event["event"] in ("done", "failed")
         listener = self._listeners.pop(number, None) if final else self._listeners.get(number)
-        if final and not self._listeners:
-            self._end_cancelling()
-        if listener is not None:  # else the request was given up
+        if listener is not None:
             listener(event)
+        if final and self._cancelling and not self._listeners:
+            self._end_cancelling()
 
     def _become_ready(self, event: Event) -> None:
         self._start_timer.stop()
@@ -131,10 +139,11 @@ class RunProcess:
         self._forget_child()
         for number, listener in listeners.items():
             listener({"id": number, "event": "failed", "code": code, "message": message})
+        self._end_cancelling()
 
     def _forget_child(self) -> None:
         self._start_timer.stop()
-        self._end_cancelling()
+        self._cancel_timer.stop()
         child, self._child = self._child, None
         if child is not None:
             child.kill()
@@ -142,6 +151,9 @@ class RunProcess:
     def _end_cancelling(self) -> None:
         self._cancelling = False
         self._cancel_timer.stop()
+        on_stopped, self._on_stopped = self._on_stopped, None
+        if on_stopped is not None:
+            on_stopped()
 
 
 def _event(line: str) -> Event:

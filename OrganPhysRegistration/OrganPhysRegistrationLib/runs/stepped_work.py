@@ -43,3 +43,15 @@ class SteppedWork:
         except Exception as error:
             self._timer.stop()
             self._on_error(error)
+
+
+def run_at_once(steps: Generator[None, None, Any]) -> Any:
+    """What the generator returns, without pauses."""
+    result = []
+
+    def relay() -> Generator[None, None, None]:
+        result.append((yield from steps))
+
+    for _ in relay():
+        pass
+    return result[0]

@@ -1,0 +1,211 @@
+"""OrganPhysRegistrationLogic: the module without its panel, for the Python console, scripts and tests.
+
+Inputs are nodes or plain values, results are returned. Lengths are in mm, scene units are the splat's own. What is
+wrong with an input is an ``InputError`` whose message says what to do.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import slicer
+from organphys.ground.checks import InputError
+from organphys.ground.progress import Progress, no_progress
+from slicer.ScriptedLoadableModule import ScriptedLoadableModuleLogic
+
+from .dependencies import ensure_packages
+from .outputs.case_record import CaseNodes
+from .runs.core_in_use import CoreInUse, core_in_use, log_core_in_use
+from .runs.input_problems import problems_of, problems_of_parameters
+from .runs.registration_run import RegistrationRun
+from .runs.result_nodes import write_case
+from .runs.run_callbacks import RunCallbacks, nothing
+from .runs.run_inputs import RunInputs, inputs_from_parameters
+from .runs.run_manager import BUSY, RunManager
+from .runs.run_process import RunProcess
+
+STAGES = ("coarse", "rigid", "elastic")
+
+
+class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
+    """``process``: the registration process, for tests."""
+
+    def __init__(self, parent: Any = None, *, process: RunProcess | None = None) -> None:
+        ScriptedLoadableModuleLogic.__init__(self, parent)
+        self.moduleName = "OrganPhysRegistration"  # the parameter node carries it, whatever the class is called
+        self._runs = RunManager(process)
+        log_core_in_use()
+
+    def organphysInUse(self) -> CoreInUse:
+        """Version and file of the imported core package; ``warning`` if another copy shadows the module's own."""
+        return core_in_use()
+
+    # inputs
+
+    def loadSplat(self, path: str | Path, *, mmPerUnit: float | None = None, mmPerUnitPercent: float = 0.0) -> Any:
+        """Load a Gaussian splat (.ply) as a model node beside the CT.
+
+        mmPerUnit: mm per scene unit if known, mmPerUnitPercent its standard deviation in percent (0: exact). InputError
+        for a file that is not a splat.
+        """
+        ensure_packages()
+        from .inputs.splat_node import load_splat
+
+        return load_splat(path, mm_per_unit=mmPerUnit, percent=mmPerUnitPercent)
+
+    def loadSampleCase(self, *, folder: str | Path | None = None, size: str = "full") -> dict[str, Any]:
+        """Make (once, a few seconds) and load the sample case: segmentation, segmentID, splat, landmarks."""
+        ensure_packages()
+        from .inputs.sample_case import load_sample_case
+
+        nodes = load_sample_case(folder=folder, size=size)
+        return {
+            "segmentation": nodes.segmentation,
+            "segmentID": nodes.segment_id,
+            "splat": nodes.splat,
+            "landmarks": nodes.landmarks,
+        }
+
+    def cameraFromView(self, splatNode: Any, view: Any = None) -> tuple[Any, float]:
+        """Position (3,) in scene units and field of view in degrees (0: not known) of a 3D view (default the first)."""
+        from .inputs.camera_input import camera_from_view
+
+        if view is None:
+            view = slicer.app.layoutManager().threeDWidget(0).mrmlViewNode()
+        return camera_from_view(splatNode, view)
+
+    def problems(self, parameters: Any) -> list[str]:
+        """Why a run cannot start now, in plain words, the most important first; [] if it can.
+
+        parameters: OrganPhysRegistrationParameterNode, any object with its names, or RunInputs.
+        """
+        busy = [BUSY] if self._runs.busy else []
+        found = problems_of(parameters) if isinstance(parameters, RunInputs) else problems_of_parameters(parameters)
+        return [*busy, *found]
+
+    # registration
+
+    def register(
+        self,
+        segmentationNode: Any,
+        segmentID: str,
+        splatNode: Any,
+        *,
+        landmarksNode: Any = None,
+        camera: Sequence[float] | None = None,
+        cameraFovDeg: float | None = None,
+        roiNode: Any = None,
+        mmPerUnit: float | None = None,
+        mmPerUnitPercent: float = 0.0,
+        stages: Sequence[str] = STAGES,
+        start: Any = None,
+        progress: Progress = no_progress,
+        **options: Any,
+    ) -> CaseNodes:
+        """Register in this process and wait for the result: the case's nodes, transforms included.
+
+        segmentID: the organ's segment; landmarksNode: 1-2 points on the organ where the endoscope sees it; camera (3,):
+        endoscope in scene units, default the scene's origin; cameraFovDeg: full angle, degrees; roiNode: crop of the
+        splat; mmPerUnit, mmPerUnitPercent: mm per scene unit and its standard deviation in percent (0: exact);
+        stages: the last one is the one to reach; start (4, 4): T_scene_ct set by hand for the first of them;
+        progress(stage, fraction): raise organphys.Cancelled in it to stop, the scene is unchanged then. options: method
+        "organphys" | "paper", stiffness "conservative" | "moderate" | "aggressive", weights "rkpm" | "learned",
+        opacity (0..1), remove_floaters, close_holes, opening, seed, landmark_radius_mm.
+        """
+        inputs = RunInputs(
+            segmentation=segmentationNode,
+            segment_id=segmentID,
+            splat=splatNode,
+            landmarks=landmarksNode,
+            roi=roiNode,
+            camera_position=None if camera is None else tuple(float(x) for x in camera),
+            camera_fov_deg=cameraFovDeg,
+            mm_per_unit=mmPerUnit,
+            unit_percent=mmPerUnitPercent,
+            **options,
+        )
+        self._check(inputs)
+        from .runs.blocking_run import outcome_of_inputs
+
+        written = write_case(outcome_of_inputs(inputs, stages, start, progress), inputs)
+        self._runs.remember(written.case, written.undo)
+        return written.case
+
+    def startRun(
+        self,
+        parameters: Any,
+        stages: Sequence[str] = STAGES,
+        *,
+        start: Any = None,
+        onProgress: Callable[[str, float], None] = nothing,
+        onSurface: Callable[[Any], None] = nothing,
+        onDone: Callable[[CaseNodes], None] = nothing,
+        onTransform: Callable[[CaseNodes], None] = nothing,
+        onFailed: Callable[[str, str], None] = nothing,
+    ) -> RegistrationRun | None:
+        """Register in the background; returns at once. What is called when: see runs/run_callbacks.py.
+
+        parameters: OrganPhysRegistrationParameterNode or RunInputs; stages, start: as in ``register``. None if it
+        cannot start: ``onFailed("input", reason)`` has been called then.
+        """
+        callbacks = RunCallbacks(onProgress, onSurface, onDone, onTransform, onFailed)
+        try:
+            inputs = parameters if isinstance(parameters, RunInputs) else inputs_from_parameters(parameters)
+            self._check(inputs)
+            return self._runs.start(inputs, stages, callbacks, start=start)
+        except InputError as error:
+            onFailed("input", str(error))
+            return None
+
+    def warmUp(self) -> None:
+        """Start the registration process ahead of the first run, which is then about two seconds shorter."""
+        self._runs.warm_up()
+
+    def waitForRun(self, run: RegistrationRun, *, timeoutSeconds: float = 300.0) -> None:
+        """Let Slicer's window live until the run is finished; TimeoutError when it takes longer."""
+        end = time.monotonic() + timeoutSeconds
+        while not run.finished:
+            if time.monotonic() > end:
+                raise TimeoutError(f"the registration is not finished after {timeoutSeconds:g} s")
+            slicer.app.processEvents()
+            time.sleep(0.005)
+
+    def undo(self) -> CaseNodes | None:
+        """Take back what the last run wrote; the case as it was before it, None if the run had made the case."""
+        return self._runs.undo()
+
+    def canUndo(self) -> bool:
+        """Whether there is a run to undo."""
+        return self._runs.can_undo
+
+    # results
+
+    def applyTransform(self, case: CaseNodes, node: Any, *, keepParent: bool = False) -> None:
+        """Put a node that lies in the CT (tumour, vessels, a volume) under the case's CT-to-scene transform.
+
+        keepParent: it stands under another transform already, which is then applied first.
+        """
+        from .outputs.apply_transform import apply_to
+
+        apply_to(case, node, keep_parent=keepParent)
+
+    def export(self, case: CaseNodes, what: str, path: str | Path) -> str:
+        """Write a file and return its path: "surface" (.stl, .ply, .vtp; RAS mm), "asset" (.organphys), "transform"
+        (.h5, .nrrd) or "report" (a folder for report.html)."""
+        from .runs.exports import export_case
+
+        return export_case(case, what, path)
+
+    def cleanup(self) -> None:
+        """Give up a run and end the registration process; called when the application or the panel closes."""
+        self._runs.close()
+
+    def _check(self, inputs: RunInputs) -> None:
+        """InputError with the first thing that is in the way; missing packages are offered for installation."""
+        reasons = self.problems(inputs)
+        if reasons:
+            raise InputError(reasons[0])
+        ensure_packages(weights=inputs.weights if inputs.method == "paper" else "rkpm")

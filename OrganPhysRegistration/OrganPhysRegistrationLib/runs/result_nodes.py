@@ -1,0 +1,57 @@
+"""A run's outcome into the scene, in steps: first what is seen, then the elastic transforms."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Generator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..outputs.case_nodes import CaseNodes, batch, case_of, write_outcome
+from ..outputs.tables import write_metrics
+from ..outputs.transform_nodes import write_transforms
+from ..outputs.undo import RunUndo, begin_run
+from .case_files import outcome_steps
+from .run_inputs import RunInputs
+
+
+@dataclass(frozen=True)
+class WrittenCase:
+    """The case's nodes, and how to put the scene back to what it was before they were written."""
+
+    case: CaseNodes
+    undo: RunUndo
+
+
+def result_steps(folder: Path, inputs: RunInputs) -> Generator[None, None, WrittenCase]:
+    """Load the outcome in ``folder`` and write it; the scene changes in the last step only, and whole or not at all."""
+    outcome = yield from outcome_steps(folder)
+    yield
+    return write_case(outcome, inputs)
+
+
+def write_case(outcome: Any, inputs: RunInputs) -> WrittenCase:
+    """Write a CaseOutcome into the case of segment and splat, or into a new one."""
+    known = case_of(inputs.segmentation, inputs.segment_id, inputs.splat)
+    case_id = uuid.uuid4().hex[:12] if known is None else known.case_id
+    undo = begin_run(inputs.segmentation, inputs.segment_id, inputs.splat, case_id)
+    case = write_outcome(
+        outcome,
+        segmentation=inputs.segmentation,
+        segment_id=inputs.segment_id,
+        splat=inputs.splat,
+        case_id=case_id,
+    )
+    return WrittenCase(case, undo)
+
+
+def add_transforms(case: CaseNodes, outcome: Any) -> None:
+    """Make the case's transforms elastic from the outcome's grids; InputError if its nodes have been deleted."""
+    frame = case.node("overlay_frame")
+    T_overlay_scene = np.array(case.record["T_overlay_scene"])
+    with batch(case.scene):
+        write_transforms(case, outcome, T_overlay_scene, frame)
+        write_metrics(case, outcome)
