@@ -1,5 +1,6 @@
 # make demo   a sample case with known truth, registered; nothing else has to be installed first
-# make test   the test suite (installs pytest and torch as well)
+# make test   the tests of the core and of the Slicer module (installs pytest, torch, slicer-core and PySide6 as well;
+#             the module's are skipped, with the reason, where they cannot run)
 # make lint   ruff and mypy
 # make clean  remove the environment and what the demo wrote
 #
@@ -14,13 +15,19 @@ IS_NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 10))
 PYTHON ?= $(shell for p in python3 python3.12 python3.13 python3.11 python3.10 python; do \
 	$$p -c '$(IS_NEW_ENOUGH)' >/dev/null 2>&1 && echo $$p && break; done)
 
-.PHONY: demo test lint setup setup-test clean
+.PHONY: demo test test-core test-slicer lint setup setup-test clean
 
 demo: setup
 	$(BIN)/organphys demo --out $(DEMO)
 
-test: setup-test
+test: test-core test-slicer
+
+test-core: setup-test
 	$(BIN)/python -m pytest
+
+# A process of its own: the test host changes PySide6 for all code in it.
+test-slicer: setup-test
+	$(BIN)/python -m pytest -rs Testing/slicer
 
 lint: setup-test
 	$(BIN)/ruff check .
@@ -41,7 +48,7 @@ $(VENV)/.installed: $(VENV)/.created pyproject.toml constraints.txt
 	@touch $@
 
 $(VENV)/.installed-test: $(VENV)/.created pyproject.toml constraints.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[test]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[slicer-test]"
 	@touch $@ $(VENV)/.installed
 
 clean:

@@ -50,6 +50,7 @@ def build() -> Core:
     app_logic.SetHomeDirectory(folder)  # no colour files there; the built-in colour tables remain
     app_logic.SetShareDirectory(".")
     (Path(folder) / "ColorFiles").mkdir()
+    (Path(folder) / ".slicer-cache").touch()  # marks it as a folder that the cache may empty
     app_logic.GetColorLogic().SetMRMLScene(scene)
     app_logic.GetColorLogic().AddDefaultColorNodes()
     app_logic.SetSliceLogics(vtk.vtkCollection())

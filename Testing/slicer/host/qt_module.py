@@ -12,7 +12,7 @@ from PySide6 import QtCore
 
 from . import qt_attributes, qt_dialogs
 
-PARTS = ("QtCore", "QtGui", "QtWidgets", "QtUiTools", "QtNetwork", "QtXml")
+PARTS = ("QtCore", "QtGui", "QtWidgets", "QtUiTools")
 
 
 def install() -> types.ModuleType:
