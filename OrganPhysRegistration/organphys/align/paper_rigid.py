@@ -23,7 +23,8 @@ class PaperRigidOptions:
     """starts: twists about the viewing axis; keep: fraction of the pairs kept (the closest ones).
 
     tolerance: the ICP has converged when no point moves farther, as a fraction of the splat's box (the paper
-    names no stopping rule; neither for ``iterations``, the most per start).
+    names no stopping rule; neither for ``iterations``, the most per start). radius_mm: r of the Hann weights where the
+    user sets it.
     """
 
     starts: int = 6
@@ -32,6 +33,7 @@ class PaperRigidOptions:
     tolerance: float = 1e-4
     surface_points: int = 10_000
     seed: int = 0
+    radius_mm: float | None = None
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,8 @@ def paper_rigid(
     surface, target = as_points(surface, "CT surface points"), as_points(target, "splat points", minimum=4)
     landmarks = as_points(landmarks, "landmarks")
     surface = surface[random_subset(len(surface), options.surface_points, options.seed)]
-    radius, single = hann_radius(landmarks, view.hull_diameter_mm)
+    automatic = hann_radius(landmarks, view.hull_diameter_mm)
+    radius, single = automatic if options.radius_mm is None else (options.radius_mm, False)
     weights, tree = hann_weights(surface, landmarks, radius), cKDTree(target)
     pivot = coarse.apply(surface.mean(0))
     twists = 2 * np.pi * np.arange(options.starts) / options.starts

@@ -10,12 +10,11 @@ import struct
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.lib import format as npy
 
-from ..ground.atomic_file import write_bytes
 from ..ground.checks import InputError
 from ..ground.plain_json import dump
 
@@ -24,10 +23,8 @@ DTYPES = ("<f8", "<f4", "<i8", "<i4", "|u1", "|b1")
 MAX_MEMBERS = 256
 
 
-def write_archive(
-    path: str | os.PathLike[str], header_name: str, header: Any, arrays: Mapping[str, np.ndarray]
-) -> None:
-    """Write ``header`` as JSON member ``header_name`` and every array as NAME.npy: stored, sorted, without dates."""
+def archive_bytes(header_name: str, header: Any, arrays: Mapping[str, np.ndarray]) -> bytes:
+    """``header`` as JSON member ``header_name`` and every array as NAME.npy: stored, sorted, without dates."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
         _add(archive, header_name, dump(header, sort_keys=True).encode("utf-8"))
@@ -36,21 +33,33 @@ def write_archive(
             member = io.BytesIO()
             npy.write_array(member, array.astype(array.dtype.newbyteorder("<"), copy=False), allow_pickle=False)
             _add(archive, f"{name}.npy", member.getvalue())
-    write_bytes(path, buffer.getvalue())
+    return buffer.getvalue()
 
 
 def read_archive(path: str | os.PathLike[str], header_name: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Header and arrays; InputError for what is missing, truncated, damaged, compressed or not plain numbers."""
     file = Path(path)
     try:
-        with zipfile.ZipFile(file) as archive:
-            members = _checked_members(archive, file, header_name)
+        size = file.stat().st_size
+        with file.open("rb") as stream:
+            return _read(stream, size, file, header_name)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read ({error.strerror or error}); check the path") from error
+
+
+def read_archive_bytes(content: bytes, name: str, header_name: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The same of an archive in memory; ``name``: what errors call it."""
+    return _read(io.BytesIO(content), len(content), Path(name), header_name)
+
+
+def _read(stream: BinaryIO, size: int, file: Path, header_name: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    try:
+        with zipfile.ZipFile(stream) as archive:
+            members = _checked_members(archive, size, file, header_name)
             header = json.loads(archive.read(header_name).decode("utf-8"))
             arrays = {m.filename.removesuffix(".npy"): _array(archive.read(m), file, m.filename) for m in members}
     except InputError:
         raise
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read ({error.strerror or error}); check the path") from error
     except (
         zipfile.BadZipFile,
         ValueError,
@@ -72,9 +81,9 @@ def _add(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
     archive.writestr(info, content, zipfile.ZIP_STORED)
 
 
-def _checked_members(archive: zipfile.ZipFile, file: Path, header_name: str) -> list[zipfile.ZipInfo]:
+def _checked_members(archive: zipfile.ZipFile, size: int, file: Path, header_name: str) -> list[zipfile.ZipInfo]:
     """The array members, once names and declared sizes are known to be sound."""
-    members, size = archive.infolist(), file.stat().st_size
+    members = archive.infolist()
     names = [m.filename for m in members]
     if header_name not in names or len(set(names)) != len(names) or len(names) > MAX_MEMBERS:
         raise InputError(f"{file}: is no OrganPhys asset (no unique {header_name} in it); name an .organphys file")

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..basis.reduced_basis import ReducedBasis
+from ..ground.atomic_file import write_bytes
 from ..ground.checks import InputError
 from ..ground.frames import Normalisation, Similarity
-from .array_archive import read_archive, write_archive
+from .array_archive import archive_bytes, read_archive, read_archive_bytes
 from .registered_organ import RegisteredOrgan
 
 FORMAT, VERSION, HEADER = "organphys-asset", 1, "organ.json"
@@ -26,10 +27,15 @@ GEOMETRY = ("z", "vertices", "faces", "volume_points", "quadrature_points", "qua
 
 def save_asset(organ: RegisteredOrgan, path: str | os.PathLike[str]) -> None:
     """Write the organ to ``path``, atomically; the same organ gives the same bytes. InputError if not writable."""
+    write_bytes(path, asset_bytes(organ))
+
+
+def asset_bytes(organ: RegisteredOrgan) -> bytes:
+    """The content of the .organphys file."""
     arrays = {name: getattr(organ, name) for name in GEOMETRY}
     arrays["faces"] = organ.faces.astype(np.int32)
     arrays |= {f"basis/{name}": value for name, value in organ.basis.arrays().items()}
-    write_archive(path, HEADER, _header(organ), arrays)
+    return archive_bytes(HEADER, _header(organ), arrays)
 
 
 def load_asset(path: str | os.PathLike[str]) -> RegisteredOrgan:
@@ -37,7 +43,15 @@ def load_asset(path: str | os.PathLike[str]) -> RegisteredOrgan:
 
     InputError for a file that is missing, damaged, not an asset, or written by a newer version.
     """
-    header, arrays = read_archive(path, HEADER)
+    return _checked_organ(*read_archive(path, HEADER), str(path))
+
+
+def asset_from_bytes(content: bytes, *, name: str = "asset") -> RegisteredOrgan:
+    """The organ of ``asset_bytes``, checked as a file is; ``name``: what errors call it."""
+    return _checked_organ(*read_archive_bytes(content, name, HEADER), name)
+
+
+def _checked_organ(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray], path: str) -> RegisteredOrgan:
     if header.get("format") != FORMAT or not isinstance(header.get("version"), int):
         raise InputError(f"{path}: is no OrganPhys asset; name an .organphys file")
     if header["version"] > VERSION:

@@ -120,4 +120,4 @@ def _landmark_cost(
     if landmarks is None or not len(landmarks):
         return 0.0
     index = landmarks.sample_index
-    return float(landmark_cost(points[None, index], normals[None, index], np.array([scale]), view)[0])
+    return float(landmark_cost(points[None, index], normals[None, index], np.array([scale]), view, landmarks.radius)[0])

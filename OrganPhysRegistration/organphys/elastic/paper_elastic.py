@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -23,11 +25,13 @@ def paper_elastic(
     mm_per_unit: float | None = None,
     options: PaperElasticOptions | None = None,
     progress: Progress = no_progress,
+    on_step: Callable[[Array], None] = lambda z: None,
 ) -> ElasticResult:
     """Deform the whole CT surface towards the splat (M, 3; scene units) seen through ``T_scene_ct``, which stays fixed.
 
     Lengths in the records are mm by ``mm_per_unit`` if given, else by the registered scale. The result keeps every
-    outer step; its report tells how the last alpha level ended (CONVERGED: largest move below the tolerance).
+    outer step, and ``on_step`` sees its Z (4H, 3); the report tells how the last alpha level ended (CONVERGED: largest
+    move below the tolerance).
     """
     options = options or PaperElasticOptions()
     target = model.normalisation.apply(T_scene_ct.inverse().apply(as_points(target, "splat points", minimum=4)))
@@ -42,6 +46,7 @@ def paper_elastic(
             progress("elastic", (level * options.outer_steps + outer) / total)
             z, step, move = _outer_step(model, tree, target, z, alpha, to_mm, options)
             steps.append(step)
+            on_step(z)
             evaluations += step.evaluations
             if move < options.tolerance:
                 break

@@ -11,6 +11,7 @@ class Stop(Enum):
 
     CONVERGED = "converged"
     SEARCHED = "every candidate was tried"
+    BY_HAND = "taken as it was set by hand"
     STEP_LIMIT = "step limit reached before the tolerance: raise the number of steps or accept the residual"
     STALLED = "no step reduced the energy: the result is as good as the numbers allow"
     NO_DATA = "too few correspondences: check landmarks, crop box and opacity threshold"

@@ -3,166 +3,193 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from time import perf_counter
 
-import numpy as np
-
-from ..align.landmark_prior import ON_SURFACE, LandmarkPrior
+from ..align.landmark_prior import LandmarkPrior
 from ..align.pose_view import pose_view
+from ..align.poses import Poses
 from ..align.splat_view import SplatView, splat_view
 from ..align.start_search import Starts, search_start
-from ..elastic.elastic_registration import SHORT, ElasticOptions, ElasticState, register_elastically
+from ..elastic.elastic_registration import SHORT, ElasticOptions, register_elastically
 from ..elastic.joint_scale import ScalePrior
 from ..elastic.mode_choice import Modes, choose_mode
-from ..elastic.records import ElasticResult, ElasticStep
+from ..elastic.records import ElasticResult
 from ..elastic.reduced_organ import ReducedOrgan, reduce_organ
-from ..ground.checks import Array
 from ..ground.frames import Similarity
 from ..ground.notices import Notice
 from ..ground.progress import Progress
 from ..ground.solve_report import SolveReport, Stop
-from ..points.point_sets import Camera, Organ, SceneUnit
 from ..points.surface_samples import SurfaceSamples, sample_surface
+from .case import Case
 from .elastic_recorder import ElasticRecorder
-from .registration import AMBIGUOUS, MethodResult, RegisterOptions
+from .hand_pose import poses_near
+from .registration import AMBIGUOUS
 from .scale_checks import NEARLY_EXACT, plausible_scales, scale_prior, unit_notices, unit_scale
-from .scene import Scene
+from .stages import CoarseStage, ElasticStage, OnSurface, RigidStage
 
 
-@dataclass(frozen=True)
-class _Stages:
-    """What the stages found, in the camera and normalised CT frames."""
+@dataclass(frozen=True, kw_only=True)
+class DefaultCoarse(CoarseStage):
+    """The starts found, and ``free_start``, the best one of a search that does not know the unit."""
 
-    samples: SurfaceSamples
-    view: SplatView
     starts: Starts
-    organ: ReducedOrgan
-    modes: Modes
-    state: ElasticState
-    report: SolveReport
-    steps: tuple[ElasticStep, ...]
+    free_start: Similarity
 
-    def T_scene_ct(self, T_camera_normalised: Similarity) -> Similarity:
+
+@dataclass(frozen=True, kw_only=True)
+class DefaultRigid(RigidStage):
+    """``pose``: T_camera_normalised, exactly as the elastic stage begins with it."""
+
+    pose: Similarity
+
+
+class DefaultMethod:
+    """The stages for one case; what several of them need is made once, when it is first needed."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+
+    def coarse(self, progress: Progress) -> DefaultCoarse:
+        """Global search."""
+        begin = perf_counter()
+        progress("coarse", 0.0)
+        starts, free_start = self._search(progress)
+        pose = starts.poses.at(0)
+        return DefaultCoarse(
+            T_scene_ct=self._T_scene_ct(pose),
+            view=pose_view(pose, self.samples, self.view),
+            report=SolveReport(Stop.SEARCHED, starts.candidates),
+            seconds={"coarse": perf_counter() - begin},
+            notices=self.view.notices,
+            starts=starts,
+            free_start=free_start,
+        )
+
+    def rigid(self, coarse: DefaultCoarse, start: Similarity | None, progress: Progress) -> DefaultRigid:
+        """The mode to which the organ bends most readily; of a pose set by hand only what lies close by is tried."""
+        begin = perf_counter()
+        progress("basis", 0.0)
+        organ = self.organ
+        ready = perf_counter()
+        poses = coarse.starts.modes().poses if start is None else self._near(start)
+        modes = choose_mode(
+            organ, self.view, poses, landmarks=self.landmarks, scale_prior=self._scale_prior, progress=progress
+        )
+        notices = (*self._unit_notices(coarse.free_start), *self._mode_notices(modes))
+        return DefaultRigid(
+            T_scene_ct=self._T_scene_ct(modes.best),
+            report=SolveReport(Stop.SEARCHED, len(modes.scores)),
+            seconds={"basis": ready - begin, "rigid": perf_counter() - ready},
+            notices=notices,
+            by_hand=start is not None,
+            pose=modes.best,
+        )
+
+    def elastic(
+        self,
+        coarse: DefaultCoarse,
+        rigid: DefaultRigid,
+        start: Similarity | None,
+        progress: Progress,
+        on_surface: OnSurface | None = None,
+    ) -> ElasticStage:
+        """Elastic solve; the rotation and translation it finds go into the similarity."""
+        begin, organ = perf_counter(), self.organ
+        options = ElasticOptions.stiffness(self.case.options.stiffness)
+        recorder = ElasticRecorder(organ, self.view, options, progress, on_surface)
+        pose = rigid.pose if start is None else self._pose(start)
+        state, report = register_elastically(
+            organ, self.view, pose, scale_prior=self._scale_prior, options=options, on_step=recorder
+        )
+        state = state.without_rigid_part(organ)
+        result = ElasticResult(
+            T_scene_ct=self._T_scene_ct(state.pose),
+            normalisation=self.samples.normalisation,
+            basis=organ.basis,
+            z=state.z,
+            quadrature_points=organ.elasticity.points,
+            steps=tuple(recorder.steps),
+            report=report,
+        )
+        return ElasticStage(result=result, seconds={"elastic": perf_counter() - begin}, by_hand=start is not None)
+
+    @cached_property
+    def samples(self) -> SurfaceSamples:
+        return sample_surface(self.case.organ, seed=self.case.options.seed)
+
+    @cached_property
+    def view(self) -> SplatView:
+        scene = self.case.scene
+        return splat_view(scene.centres, scene.others, self.case.camera, seed=self.case.options.seed)
+
+    @cached_property
+    def organ(self) -> ReducedOrgan:
+        return reduce_organ(self.case.organ, self.samples, seed=self.case.options.seed)
+
+    @cached_property
+    def landmarks(self) -> LandmarkPrior:
+        return LandmarkPrior.of(self.case.landmarks, self.samples, radius_mm=self.case.options.landmark_radius_mm)
+
+    def _search(self, progress: Progress) -> tuple[Starts, Similarity]:
+        """Starts that keep to the stated unit if there is one, and the best start of a search without it."""
+        samples, view, unit, seed = self.samples, self.view, self.case.unit, self.case.options.seed
+        free = search_start(samples, view, landmarks=self.landmarks, seed=seed, progress=progress)
+        expected = unit_scale(unit, samples)
+        if unit is None or expected is None:
+            return free, free.poses.at(0)
+        kept = search_start(
+            samples, view, landmarks=self.landmarks, scale=self._exact_scale(),
+            scale_range=plausible_scales(expected, unit.percent), seed=seed, progress=progress,
+        )  # fmt: skip
+        return kept, free.poses.at(0)
+
+    def _near(self, start: Similarity) -> Poses:
+        """Poses T_camera_normalised close to ``start`` = T_scene_ct."""
+        pose, seed = self._pose(start), self.case.options.seed
+        return poses_near(pose, self.samples, self.view, scale=self._exact_scale(), seed=seed)
+
+    def _exact_scale(self) -> float | None:
+        """Scene units per normalised length where the unit is known nearly exactly."""
+        unit = self.case.unit
+        return unit_scale(unit, self.samples) if unit is not None and unit.percent <= NEARLY_EXACT else None
+
+    def _scale_prior(self, start: Similarity) -> ScalePrior:
+        return scale_prior(start, unit_scale(self.case.unit, self.samples), self.case.unit)
+
+    def _T_scene_ct(self, T_camera_normalised: Similarity) -> Similarity:
         T_normalised_ct = self.samples.normalisation.T_ct_normalised.inverse()
         return self.view.T_camera_scene.inverse() @ T_camera_normalised @ T_normalised_ct
 
+    def _pose(self, T_scene_ct: Similarity) -> Similarity:
+        """T_camera_normalised."""
+        return self.view.T_camera_scene @ T_scene_ct @ self.samples.normalisation.T_ct_normalised
 
-def run_default(
-    organ: Organ,
-    scene: Scene,
-    landmarks: Array,
-    camera: Camera,
-    unit: SceneUnit | None,
-    options: RegisterOptions,
-    progress: Progress,
-) -> MethodResult:
-    """Registration by the default method; landmarks (L, 3) in RAS mm, L may be 0."""
-    seed, marks = options.seed, [perf_counter()]
-    progress("coarse", 0.0)
-    samples = sample_surface(organ, seed=seed)
-    view = splat_view(scene.centres, scene.others, camera, seed=seed)
-    prior, expected = LandmarkPrior.of(landmarks, samples), unit_scale(unit, samples)
-    starts, free_start = _search(samples, view, prior, unit, seed, progress)
-    marks.append(perf_counter())
-    progress("basis", 0.0)
-    reduced = reduce_organ(organ, samples, seed=seed)
-    marks.append(perf_counter())
+    def _unit_notices(self, free_start: Similarity) -> tuple[Notice, ...]:
+        """Whether a short elastic fit that does not know the unit contradicts it."""
+        if self.case.unit is None:
+            return ()
+        options = ElasticOptions(levels=SHORT)
+        state, _ = register_elastically(self.organ, self.view, free_start, options=options)
+        return unit_notices(state.pose.scale, self.samples, self.case.unit)
 
-    def prior_of_scale(start: Similarity) -> ScalePrior:
-        return scale_prior(start, expected, unit)
-
-    poses = starts.modes().poses
-    modes = choose_mode(reduced, view, poses, landmarks=prior, scale_prior=prior_of_scale, progress=progress)
-    unit_notes = _unit_notices(reduced, view, free_start, unit)
-    marks.append(perf_counter())
-    elastic_options = ElasticOptions.stiffness(options.stiffness)
-    recorder = ElasticRecorder(reduced, view, elastic_options, progress)
-    state, report = register_elastically(
-        reduced, view, modes.best, scale_prior=prior_of_scale, options=elastic_options, on_step=recorder
-    )
-    state = state.without_rigid_part(reduced)
-    marks.append(perf_counter())
-    return _result(
-        _Stages(samples, view, starts, reduced, modes, state, report, tuple(recorder.steps)),
-        seconds=dict(zip(("coarse", "basis", "rigid", "elastic"), np.diff(marks).tolist(), strict=True)),
-        notices=(*view.notices, *unit_notes, *_notices(modes, reduced, prior)),
-    )
-
-
-def _result(found: _Stages, *, seconds: dict[str, float], notices: tuple[Notice, ...]) -> MethodResult:
-    start = found.starts.poses.at(0)
-    return MethodResult(
-        similarities={"coarse": found.T_scene_ct(start), "rigid": found.T_scene_ct(found.modes.best)},
-        coarse_view=pose_view(start, found.samples, found.view),
-        elastic=ElasticResult(
-            T_scene_ct=found.T_scene_ct(found.state.pose),
-            normalisation=found.samples.normalisation,
-            basis=found.organ.basis,
-            z=found.state.z,
-            quadrature_points=found.organ.elasticity.points,
-            steps=found.steps,
-            report=found.report,
-        ),
-        stops={
-            "coarse": SolveReport(Stop.SEARCHED, found.starts.candidates),
-            "rigid": SolveReport(Stop.SEARCHED, len(found.modes.scores)),
-            "elastic": found.report,
-        },
-        seconds=seconds,
-        notices=notices,
-    )
-
-
-def _search(
-    samples: SurfaceSamples,
-    view: SplatView,
-    prior: LandmarkPrior,
-    unit: SceneUnit | None,
-    seed: int,
-    progress: Progress,
-) -> tuple[Starts, Similarity]:
-    """Starts that keep to the stated unit if there is one, and the best start of a search without it."""
-    free = search_start(samples, view, landmarks=prior, seed=seed, progress=progress)
-    expected = unit_scale(unit, samples)
-    if unit is None or expected is None:
-        return free, free.poses.at(0)
-    exact = expected if unit.percent <= NEARLY_EXACT else None
-    kept = search_start(
-        samples, view, landmarks=prior, scale=exact, scale_range=plausible_scales(expected, unit.percent),
-        seed=seed, progress=progress,
-    )  # fmt: skip
-    return kept, free.poses.at(0)
-
-
-def _unit_notices(
-    organ: ReducedOrgan, view: SplatView, free_start: Similarity, unit: SceneUnit | None
-) -> tuple[Notice, ...]:
-    """Whether a short elastic fit that does not know the unit contradicts it."""
-    if unit is None:
-        return ()
-    state, _ = register_elastically(organ, view, free_start, options=ElasticOptions(levels=SHORT))
-    return unit_notices(state.pose.scale, organ.samples, unit)
-
-
-def _notices(modes: Modes, organ: ReducedOrgan, landmarks: LandmarkPrior) -> list[Notice]:
-    notices = []
-    runner_up = modes.runner_up(organ)
-    best = modes.scores[0].total
-    if runner_up is not None and runner_up[1].total < (1 + AMBIGUOUS) * best:
-        notices.append(
-            Notice(
-                "twist_ambiguous",
-                f"Another pose fits almost as well (cost {runner_up[1].total:.2f} against {best:.2f}, no unit): "
-                "check the overlay from several sides, or give a landmark.",
+    def _mode_notices(self, modes: Modes) -> list[Notice]:
+        notices, best, runner_up = [], modes.scores[0].total, modes.runner_up(self.organ)
+        if runner_up is not None and runner_up[1].total < (1 + AMBIGUOUS) * best:
+            notices.append(
+                Notice(
+                    "twist_ambiguous",
+                    f"Another pose fits almost as well (cost {runner_up[1].total:.2f} against {best:.2f}, no unit): "
+                    "check the overlay from several sides, or give a landmark.",
+                )
             )
-        )
-    if len(landmarks) == 1:
-        radius = ON_SURFACE * organ.samples.normalisation.length
-        notices.append(
-            Notice(
-                "single_landmark",
-                f"One landmark only: OrganPhys chose its radius, {radius:.0f} mm; the landmark counts as met within "
-                "this distance of the seen surface.",
+        if len(self.landmarks) == 1 and self.case.options.landmark_radius_mm is None:
+            radius = self.landmarks.radius * self.samples.normalisation.length
+            notices.append(
+                Notice(
+                    "single_landmark",
+                    f"One landmark only: OrganPhys chose its radius, {radius:.0f} mm; the landmark counts as met "
+                    "within this distance of the seen surface.",
+                )
             )
-        )
-    return notices
+        return notices

@@ -11,13 +11,22 @@ from ..elastic.elastic_registration import ElasticOptions, OuterStep
 from ..elastic.records import ElasticStep
 from ..elastic.reduced_organ import ReducedOrgan
 from ..ground.progress import Progress
+from .stages import OnSurface
 
 
 class ElasticRecorder:
     """Callable for ``register_elastically(on_step=...)``; ``steps`` grows with the run."""
 
-    def __init__(self, organ: ReducedOrgan, view: SplatView, options: ElasticOptions, progress: Progress) -> None:
-        self.organ, self.view, self.progress = organ, view, progress
+    def __init__(
+        self,
+        organ: ReducedOrgan,
+        view: SplatView,
+        options: ElasticOptions,
+        progress: Progress,
+        on_surface: OnSurface | None = None,
+    ) -> None:
+        self.organ, self.view, self.progress, self.on_surface = organ, view, progress, on_surface
+        self.rest_ct = organ.samples.normalisation.undo(organ.samples.points)
         self.total = sum(level.steps for level in options.levels)
         self.before = np.cumsum([0, *(level.steps for level in options.levels)])
         self.steps: list[ElasticStep] = []
@@ -29,6 +38,8 @@ class ElasticRecorder:
         self.progress("elastic", float(self.before[step.level] + self._in_level) / self.total)
         state, length = step.state, self.organ.samples.normalisation.length
         surface = state.pose.apply(self.organ.points(state.z))
+        if self.on_surface is not None:
+            self.on_surface(self.rest_ct, self.view.T_camera_scene.inverse().apply(surface))
         to_mm = length / state.pose.scale
         to_ct = cKDTree(surface).query(self.view.surface.samples)[0] * to_mm
         to_splat = self.view.tree.query(surface[:: max(1, len(surface) // 2000)])[0] * to_mm

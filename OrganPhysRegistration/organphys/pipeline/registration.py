@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ..align.records import CoarseView
 from ..asset.registered_organ import RegisteredOrgan
-from ..elastic.records import ElasticResult, ElasticStep
-from ..ground.checks import Array, InputError, one_of
+from ..elastic.records import ElasticStep
+from ..ground.checks import Array, InputError, as_positive, one_of
 from ..ground.frames import Similarity
 from ..ground.notices import Notice
 from ..ground.solve_report import SolveReport
@@ -26,7 +26,8 @@ STIFFNESS = ("conservative", "moderate", "aggressive")
 @dataclass(frozen=True)
 class RegisterOptions:
     """Method and its settings. ``opacity``: threshold of the splat; ``weights``: skinning weights of the paper method;
-    ``clean``: remove outliers and small clusters from the splat first."""
+    ``clean``: remove outliers and small clusters from the splat first; ``landmark_radius_mm``: radius of the Hann
+    weights (paper method), distance within which a landmark counts as met (default method); None: automatic."""
 
     method: str = "organphys"
     stiffness: str = "moderate"
@@ -34,25 +35,16 @@ class RegisterOptions:
     opacity: float = 0.1
     weights: str = "rkpm"
     clean: bool = False
+    landmark_radius_mm: float | None = None
 
     def __post_init__(self) -> None:
         one_of(self.method, "method", METHODS)
         one_of(self.stiffness, "stiffness", STIFFNESS)
         one_of(self.weights, "skinning weights", ("rkpm", "learned"))
+        if self.landmark_radius_mm is not None:
+            as_positive(self.landmark_radius_mm, "landmark radius in mm")
         if not 0 <= self.seed < 2**63:
             raise InputError(f"seed: expected a whole number of at least 0, got {self.seed}")
-
-
-@dataclass(frozen=True)
-class MethodResult:
-    """One method's outcome: T_scene_ct after "coarse" and "rigid", the elastic result, and how each stage went."""
-
-    similarities: Mapping[str, Similarity]
-    coarse_view: CoarseView
-    elastic: ElasticResult
-    stops: Mapping[str, SolveReport]
-    seconds: Mapping[str, float]
-    notices: tuple[Notice, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from ..exports.registration_json import write_registration_json
 from ..exports.report import write_report
 from ..exports.report_content import PictureStrip, ReportContent, ReportTable, StagePicture
 from ..exports.surface_vtp import write_surface_vtp
-from .register import one_blas_thread, peak_memory_mb
+from .processor import one_blas_thread, peak_memory_mb
 from .registration import Registration
 
 ASSET, JSON, SURFACE, REPORT = "organ.organphys", "registration.json", "surface.vtp", "report.html"

@@ -1,0 +1,118 @@
+"""A registration stage by stage: coarse, rigid, elastic, each repeatable, with poses set by hand between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from time import perf_counter
+from typing import Any
+
+from ..ground.checks import Array, one_of
+from ..ground.frames import Similarity
+from ..ground.progress import Progress, no_progress
+from ..ground.solve_report import SolveReport, Stop
+from ..points.point_sets import Box, Camera, GaussianCloud, Landmarks, Organ, SceneUnit
+from .case import Case
+from .case_outcome import CaseOutcome, outcome_of
+from .case_state import CaseState
+from .default_method import DefaultMethod
+from .landmark_weights import landmark_weights
+from .live_surface import LiveSurface
+from .paper_method import PaperMethod
+from .processor import one_blas_thread
+from .registration import RegisterOptions, Registration
+from .stages import STAGES, Method, RigidStage
+
+__all__ = ["RegistrationSession", "landmark_weights"]
+
+METHODS: dict[str, Callable[[Case], Method]] = {"organphys": DefaultMethod, "paper": PaperMethod}
+
+
+class RegistrationSession:
+    """One case between its stages; ``register`` is the three of them in a row.
+
+    A stage runs those before it that are missing; a stage run again drops those after it. One that fails or is
+    cancelled leaves the session as it was.
+    """
+
+    def __init__(
+        self,
+        organ: Organ,
+        splat: GaussianCloud,
+        options: RegisterOptions | None = None,
+        *,
+        landmarks: Landmarks | None = None,
+        camera: Camera | None = None,
+        box: Box | None = None,
+        unit: SceneUnit | None = None,
+        provenance: Mapping[str, Any] | None = None,
+        progress: Progress = no_progress,
+    ) -> None:
+        """Arguments as of ``register``; InputError tells what is wrong with the input."""
+        self._began = perf_counter()
+        case = Case.of(
+            organ, splat, options, landmarks=landmarks, camera=camera, box=box, unit=unit, provenance=provenance,
+            progress=progress,
+        )  # fmt: skip
+        self.state = CaseState(case)
+        self._method = METHODS[case.options.method](case)
+
+    def coarse(self, progress: Progress = no_progress) -> CaseOutcome:
+        """Global search for the pose."""
+        self.advance("coarse", progress)
+        return outcome_of(self.state)
+
+    def rigid(self, progress: Progress = no_progress, *, start: Similarity | None = None) -> CaseOutcome:
+        """Rigid fit of the coarse pose; or of ``start`` = T_scene_ct set by hand, which it stays close to."""
+        self.advance("rigid", progress, start=start)
+        return outcome_of(self.state)
+
+    def elastic(
+        self,
+        progress: Progress = no_progress,
+        *,
+        start: Similarity | None = None,
+        on_surface: Callable[[Array], None] | None = None,
+    ) -> CaseOutcome:
+        """Elastic fit from the rigid pose, or from ``start`` = T_scene_ct set by hand as it is.
+
+        ``on_surface`` is shown the vertices (Nv, 3) of the bending surface in scene units, at most five times a
+        second, carried along by the solver's samples (see ``LiveSurface``).
+        """
+        self.advance("elastic", progress, start=start, on_surface=on_surface)
+        return outcome_of(self.state)
+
+    @property
+    def registration(self) -> Registration:
+        """Registered organ and all that the report tells; InputError before the elastic stage."""
+        return replace(self.state.registration, began=self._began)
+
+    @one_blas_thread
+    def advance(
+        self,
+        stage: str,
+        progress: Progress = no_progress,
+        *,
+        start: Similarity | None = None,
+        on_surface: Callable[[Array], None] | None = None,
+    ) -> None:
+        """Run one of STAGES without putting its outcome together."""
+        one_of(stage, "stage", STAGES)
+        done = dict(self.state.stages)
+        if stage == "coarse" or "coarse" not in done:
+            done = {"coarse": self._method.coarse(progress)}
+        if stage == "rigid":
+            done = {"coarse": done["coarse"], "rigid": self._method.rigid(done["coarse"], start, progress)}
+        if stage == "elastic":
+            rigid = done.get("rigid") or self._rigid_unasked(done["coarse"], start, progress)
+            show = None if on_surface is None else LiveSurface(self.state.case.organ.vertices, on_surface)
+            elastic = self._method.elastic(done["coarse"], rigid, start, progress, show)
+            done = {"coarse": done["coarse"], "rigid": rigid, "elastic": elastic}
+        self.state = self.state.followed_by(done)
+
+    def _rigid_unasked(self, coarse: Any, start: Similarity | None, progress: Progress) -> RigidStage:
+        """The rigid stage where it was left out; a pose set by hand stands for it."""
+        if start is not None:
+            return RigidStage(T_scene_ct=start, report=SolveReport(Stop.BY_HAND, 0), by_hand=True)
+        rigid: RigidStage = self._method.rigid(coarse, None, progress)
+        return rigid
