@@ -10,26 +10,17 @@ import vtk
 
 from organphys.ground.checks import Array, InputError
 
+from .landmark_list import USED, landmark_points, placed, position_of
 from .landmark_weights import show_weights
 from .organ_surface import organ_surface
 
 __all__ = ["landmark_messages", "landmark_points", "organ_surface", "show_weights", "snap_to_surface"]
 
-USED = 2
 FAR_MM = 30.0  # farther from the surface a point is taken for misplaced, not for imprecise
 SAME_MM = 1.0
 ON_SURFACE_MM = 1e-3
 SLICER_FORMAT = "%N-%d"
 FORMAT = "Landmark %d"
-
-
-def landmark_points(node: Any) -> tuple[Array, list[str]]:
-    """Positions (L, 3) in world RAS mm and names of the first two placed points; L = 0 for None or an empty list."""
-    positions, names = [], []
-    for index in _placed(node)[:USED]:
-        positions.append(_position(node, index))
-        names.append(node.GetNthControlPointLabel(index).strip() or f"Landmark {len(positions)}")
-    return np.array(positions, dtype=np.float64).reshape(-1, 3), names
 
 
 def landmark_messages(node: Any, surface: vtk.vtkPolyData) -> list[str]:
@@ -42,7 +33,7 @@ def landmark_messages(node: Any, surface: vtk.vtkPolyData) -> list[str]:
             messages.append(f"{name} lies {far:.0f} mm from the organ's surface: move it onto the organ, or remove it.")
     if len(positions) == USED and np.linalg.norm(positions[1] - positions[0]) < SAME_MM:
         messages.append(f"{names[0]} and {names[1]} are at the same place: move one of them to another part.")
-    count = len(_placed(node))
+    count = len(placed(node))
     if count > USED:
         messages.append(f"Only the first {USED} of {count} landmarks are used: remove the others.")
     return messages
@@ -80,28 +71,13 @@ class SurfaceSnapping:
             return
         self._busy = True
         try:
-            for index in _placed(self._node):
-                point = _position(self._node, index)
+            for index in placed(self._node):
+                point = position_of(self._node, index)
                 nearest = _nearest(self._locator, point)
                 if ON_SURFACE_MM < np.linalg.norm(nearest - point) <= FAR_MM:
                     self._node.SetNthControlPointPositionWorld(index, *nearest)
         finally:
             self._busy = False
-
-
-def _placed(node: Any) -> list[int]:
-    """Indices of the points that have a position; the one under the mouse while placing has none."""
-    if node is None:
-        return []
-    defined = slicer.vtkMRMLMarkupsNode.PositionDefined
-    count = node.GetNumberOfControlPoints()
-    return [index for index in range(count) if node.GetNthControlPointPositionStatus(index) == defined]
-
-
-def _position(node: Any, index: int) -> Array:
-    position = [0.0, 0.0, 0.0]
-    node.GetNthControlPointPositionWorld(index, position)
-    return np.array(position)
 
 
 def _name_clearly(node: Any) -> None:

@@ -12,6 +12,7 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from organphys.ground.checks import InputError
 
+from .landmark_list import landmark_points
 from .matrices import ROLE
 from .organ_surface import organ_surface
 
@@ -31,18 +32,12 @@ class WeightsShown:
 
     def remove(self) -> None:
         """Take it out of the scene with all that came with it."""
-        scene = slicer.mrmlScene
-        for role in (WEIGHTS, COLOURS):
-            for node in _nodes_of(role):
-                displays = (
-                    [node.GetNthDisplayNode(k) for k in range(node.GetNumberOfDisplayNodes())]
-                    if (node.IsA("vtkMRMLDisplayableNode"))
-                    else []
-                )
-                scene.RemoveNode(node)
-                for display in displays:
-                    if display is not None and scene.IsNodePresent(display):
-                        scene.RemoveNode(display)
+        for node in _nodes_of("vtkMRMLModelNode", WEIGHTS):
+            followers = [node.GetNthDisplayNode(k) for k in range(node.GetNumberOfDisplayNodes())]  # and its legend
+            for each in (node, *followers):
+                slicer.mrmlScene.RemoveNode(each)
+        for node in _nodes_of("vtkMRMLColorTableNode", COLOURS):
+            slicer.mrmlScene.RemoveNode(node)
 
 
 def show_weights(
@@ -53,17 +48,15 @@ def show_weights(
     ``radius_mm``: reach of each landmark, None lets the method choose. The model is not saved with the scene.
     InputError: no landmark placed, no organ.
     """
-    from organphys.pipeline.session import landmark_weights
-
-    from .landmark_input import landmark_points
+    from organphys.pipeline.landmark_weights import landmark_weights
 
     positions, _ = landmark_points(landmarks_node)
     if len(positions) == 0:
         raise InputError("landmarks: none placed yet; place one or two on the part of the organ that the splat shows")
     surface = organ_surface(segmentation_node, segment_id)
     points = vtk_to_numpy(surface.GetPoints().GetData()).astype(np.float64)
-    weights, reach_mm = landmark_weights(points, positions, radius_mm, float(np.ptp(points, axis=0).max()))
-    node = next(iter(_nodes_of(WEIGHTS)), None) or _new_node()
+    weights, reach_mm = landmark_weights(points, positions, radius_mm)
+    node = next(iter(_nodes_of("vtkMRMLModelNode", WEIGHTS)), None) or _new_node()
     node.SetAndObserveMesh(_lifted(surface, points, weights))
     return WeightsShown(node, float(reach_mm))
 
@@ -121,6 +114,5 @@ def _colours() -> Any:
     return table
 
 
-def _nodes_of(role: str) -> list[Any]:
-    nodes = [slicer.mrmlScene.GetNthNode(k) for k in range(slicer.mrmlScene.GetNumberOfNodes())]
-    return [node for node in nodes if node.GetAttribute(ROLE) == role]
+def _nodes_of(node_class: str, role: str) -> list[Any]:
+    return [node for node in slicer.util.getNodesByClass(node_class) if node.GetAttribute(ROLE) == role]

@@ -34,11 +34,13 @@ class OrganPhysRegistrationFileReader:
         """Loads properties["fileName"]; optional "name" and "mmPerUnit". A failure is told, not raised."""
         from organphys.ground.checks import InputError
 
+        from ..dependencies import DependencyError, ensure_packages
         from .splat_node import load_splat
 
         try:
+            ensure_packages()
             node = load_splat(properties["fileName"], mm_per_unit=properties.get("mmPerUnit"))
-        except InputError as error:
+        except (InputError, DependencyError) as error:
             self._tell(str(error))
             return False
         if properties.get("name"):
