@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import slicer
+
 from organphys.ground.checks import InputError
 
 REQUESTER = "OrganPhys"

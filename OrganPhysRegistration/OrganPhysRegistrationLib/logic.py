@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import slicer
-from organphys.ground.checks import InputError
-from organphys.ground.progress import Progress, no_progress
 from slicer.ScriptedLoadableModule import ScriptedLoadableModuleLogic
+
+from organphys.ground.checks import InputError, one_of
+from organphys.ground.progress import Progress, no_progress
 
 from .dependencies import ensure_packages
 from .outputs.case_record import CaseNodes
@@ -28,6 +29,7 @@ from .runs.run_manager import BUSY, RunManager
 from .runs.run_process import RunProcess
 
 STAGES = ("coarse", "rigid", "elastic")
+STAGE_RUNS = tuple(STAGES[first:end] for first in range(3) for end in range(first + 1, 4))
 
 
 class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
@@ -127,7 +129,7 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
             unit_percent=mmPerUnitPercent,
             **options,
         )
-        self._check(inputs)
+        self._check(inputs, stages)
         from .runs.blocking_run import outcome_of_inputs
 
         written = write_case(outcome_of_inputs(inputs, stages, start, progress), inputs)
@@ -154,7 +156,7 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
         callbacks = RunCallbacks(onProgress, onSurface, onDone, onTransform, onFailed)
         try:
             inputs = parameters if isinstance(parameters, RunInputs) else inputs_from_parameters(parameters)
-            self._check(inputs)
+            self._check(inputs, stages)
             return self._runs.start(inputs, stages, callbacks, start=start)
         except InputError as error:
             onFailed("input", str(error))
@@ -194,17 +196,32 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
 
     def export(self, case: CaseNodes, what: str, path: str | Path) -> str:
         """Write a file and return its path: "surface" (.stl, .ply, .vtp; RAS mm), "asset" (.organphys), "transform"
-        (.h5, .nrrd) or "report" (a folder for report.html)."""
-        from .runs.exports import export_case
+        (.h5, .nrrd) or "report" (report.html, or a folder for it). Without an ending the first one named is taken."""
+        from .outputs.case_exports import export_asset, export_surface, export_transform
+        from .outputs.report_export import export_report
 
-        return export_case(case, what, path)
+        writers = {
+            "surface": (export_surface, ".stl"),
+            "asset": (export_asset, ".organphys"),
+            "transform": (export_transform, ".h5"),
+            "report": (export_report, ".html"),
+        }
+        write, suffix = writers[one_of(what, "what to export", tuple(writers))]
+        file = Path(path)
+        if what == "report" and file.suffix != ".html":
+            file = file / "report.html"
+        file = file if file.suffix else file.with_suffix(suffix)
+        write(case, file)
+        return str(file)
 
     def cleanup(self) -> None:
         """Give up a run and end the registration process; called when the application or the panel closes."""
         self._runs.close()
 
-    def _check(self, inputs: RunInputs) -> None:
+    def _check(self, inputs: RunInputs, stages: Sequence[str]) -> None:
         """InputError with the first thing that is in the way; missing packages are offered for installation."""
+        if tuple(stages) not in STAGE_RUNS:
+            raise InputError(f"stages: expected neighbours of {', '.join(STAGES)} in this order, got {list(stages)}")
         reasons = self.problems(inputs)
         if reasons:
             raise InputError(reasons[0])

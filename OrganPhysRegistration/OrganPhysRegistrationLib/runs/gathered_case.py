@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
 from organphys.points.point_sets import Box, Camera, GaussianCloud, Landmarks, SceneUnit
 
 from ..inputs.landmark_input import landmark_points

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from organphys.ground.checks import InputError
 from vtkmodules.util.numpy_support import vtk_to_numpy
+
+from organphys.ground.checks import InputError
 
 from ..inputs.segment_input import checked_segment
 from ..inputs.splat_node import checked_splat

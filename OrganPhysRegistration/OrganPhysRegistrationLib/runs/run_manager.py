@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import slicer
+
 from organphys.ground.checks import InputError
 
 from ..outputs.case_record import CaseNodes

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from organphys.ground.checks import Array
 
 from .case_files import SavedCase
