@@ -63,26 +63,37 @@ def ensure(case: CaseNodes, role: str) -> Any:
     node = case.scene.AddNode(node)
     if kind.node_class == MODEL:
         node.CreateDefaultDisplayNodes()
-    if role not in HIDDEN:
-        put_into_folder(case, node, kind.part)
+    add_to_folder(case, node)
     return node
 
 
-def remove(scene: Any, node: Any) -> None:
-    """Remove a node with its display, colour legend and storage nodes: RemoveNode alone leaves displays behind."""
-    followers = []
+def add_to_folder(case: CaseNodes, node: Any) -> None:
+    """Place a node of the case in its folder, unless it is one that users do not see."""
+    role = node.GetAttribute(ROLE)
+    if role not in HIDDEN:
+        put_into_folder(case, node, KINDS[role].part)
+
+
+def followers(node: Any) -> list[Any]:
+    """Display nodes (colour legends are some) and storage nodes of a node."""
+    found = []
     if node.IsA("vtkMRMLDisplayableNode"):
-        followers += [node.GetNthDisplayNode(k) for k in range(node.GetNumberOfDisplayNodes())]
+        found += [node.GetNthDisplayNode(k) for k in range(node.GetNumberOfDisplayNodes())]
     if node.IsA("vtkMRMLStorableNode"):
-        followers += [node.GetNthStorageNode(k) for k in range(node.GetNumberOfStorageNodes())]
-    tree = subject_hierarchy(scene)
+        found += [node.GetNthStorageNode(k) for k in range(node.GetNumberOfStorageNodes())]
+    return [one for one in found if one is not None]
+
+
+def remove(scene: Any, node: Any) -> None:
+    """Remove a node with its followers, which RemoveNode leaves behind, and its place in the subject hierarchy."""
+    tree, others = subject_hierarchy(scene), followers(node)
     item = tree.GetItemByDataNode(node)
     scene.RemoveNode(node)
     if item:
         tree.RemoveItem(item, False, False)
-    for follower in followers:
-        if follower is not None and scene.IsNodePresent(follower):
-            scene.RemoveNode(follower)
+    for other in others:
+        if scene.IsNodePresent(other):
+            scene.RemoveNode(other)
 
 
 def remove_role(case: CaseNodes, role: str) -> None:

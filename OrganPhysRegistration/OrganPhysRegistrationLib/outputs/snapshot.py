@@ -12,16 +12,21 @@ from ..inputs.splat_scale import scene_to_world
 from .case_folder import remove_folders
 from .case_record import CASE, ROLE, CaseNodes
 from .geometry import to_parent
-from .node_factory import ensure, remove
+from .node_factory import add_to_folder, followers, remove
 
 REFERENCES = ("segmentation", "splat", "overlay_frame")
 
 
 @dataclass(frozen=True)
 class _Saved:
-    """Content of one node. Data objects are kept, not copied: writing gives nodes new ones and changes none."""
+    """One node with its content. Data objects are kept, not copied: writing gives nodes new ones and changes none.
 
-    role: str
+    followers: its display and storage nodes. A node that is removed can be added again: it keeps its ID and its
+    references, as long as it went before the nodes it refers to.
+    """
+
+    node: Any
+    followers: tuple[Any, ...]
     name: str
     attributes: dict[str, str]
     data: Any
@@ -44,12 +49,12 @@ class SceneSnapshot:
 
     def restore(self, *, drop_new_nodes: bool = False) -> None:
         """Put everything back. ``drop_new_nodes``: also remove every node that came into the scene since."""
-        case, kept = self._case, {saved.role for saved in self._saved}
+        case, kept = self._case, [saved.node for saved in self._saved]
         self._restore_splat()
         for node in reversed(case.nodes()):
-            if node.GetAttribute(ROLE) not in kept:
+            if node not in kept:
                 _remove_or_pass_on(case, node)
-        for saved in sorted(self._saved, key=lambda saved: saved.role != "case"):
+        for saved in self._saved:
             _restore(case, saved)
         if drop_new_nodes:
             for node in reversed(_nodes(case.scene)):
@@ -98,7 +103,8 @@ def _remove_or_pass_on(case: CaseNodes, node: Any) -> None:
 def _save(node: Any) -> _Saved:
     displays = [node.GetNthDisplayNode(k) for k in range(_displays(node))]
     return _Saved(
-        role=node.GetAttribute(ROLE),
+        node=node,
+        followers=tuple(followers(node)),
         name=node.GetName(),
         attributes=_attributes(node),
         data=_data(node),
@@ -109,7 +115,12 @@ def _save(node: Any) -> _Saved:
 
 
 def _restore(case: CaseNodes, saved: _Saved) -> None:
-    node = ensure(case, saved.role)
+    node = saved.node
+    if not case.scene.IsNodePresent(node):
+        for follower in saved.followers:
+            case.scene.AddNode(follower)
+        case.scene.AddNode(node)
+        add_to_folder(case, node)
     node.SetName(saved.name)
     if saved.data is not None and saved.data is not _data(node):
         _set_data(node, saved.data)

@@ -35,12 +35,19 @@ def write_transforms(case: CaseNodes, outcome: Any, T_overlay_scene: Array, fram
         set_composite(inverse, outcome.grids.inverse, np.linalg.inv(T_overlay_ct), grid_first=False)
         kind = ELASTIC
     else:
-        forward.SetMatrixTransformToParent(matrix_of(T_overlay_ct))
-        inverse.SetMatrixTransformToParent(matrix_of(np.linalg.inv(T_overlay_ct)))
+        set_linear(forward, T_overlay_ct)
+        set_linear(inverse, np.linalg.inv(T_overlay_ct))
         kind = PENDING if outcome.stage == "elastic" else SIMILARITY
     grids = {} if outcome.grids is None else {"forward": outcome.grids.forward, "inverse": outcome.grids.inverse}
     for node, grid in ((forward, grids.get("forward")), (inverse, grids.get("inverse"))):
         _state(node, kind, scale_of(T_overlay_ct), grid)
+
+
+def set_linear(node: Any, matrix: Array) -> None:
+    """To-parent matrix (4, 4), also for a node that holds a composite now (SetMatrixTransformToParent refuses that)."""
+    linear = vtk.vtkTransform()
+    linear.SetMatrix(matrix_of(matrix))
+    node.SetAndObserveTransformToParent(linear)
 
 
 def set_composite(node: Any, grid: Any, matrix: Array, *, grid_first: bool) -> None:
@@ -59,7 +66,7 @@ def grid_transform(grid: Any) -> Any:
 
     Cubic between the nodes, as Slicer reads it from a file: the same result before and after saving.
     """
-    vectors = np.asarray(grid.vectors, dtype=np.float64)
+    vectors = np.asarray(grid.vectors)
     image = vtk.vtkImageData()
     image.SetOrigin(*map(float, grid.origin))
     image.SetSpacing(*map(float, grid.spacing))
@@ -82,7 +89,7 @@ def grid_rows(grids: Any) -> list[tuple[str, float, str]]:
             (f"{name}: sampling error inside, 95 %", float(grid.error_mm["p95"]), "mm"),
             (f"{name}: sampling error within 30 mm outside, largest", float(grid.error_outside_mm["max"]), "mm"),
             (f"{name}: grid spacing", float(np.max(grid.spacing)), "mm"),
-            (f"{name}: grid memory", np.size(grid.vectors) * 8 / MB, "MB"),
+            (f"{name}: grid memory", np.asarray(grid.vectors).nbytes / MB, "MB"),
         ]
     return rows
 
@@ -98,7 +105,7 @@ def _state(node: Any, kind: str, scale: float, grid: Any) -> None:
             "OrganPhys.SamplingErrorP95Mm": f"{grid.error_mm['p95']:.4g}",
             "OrganPhys.SamplingErrorOutsideMaxMm": f"{grid.error_outside_mm['max']:.4g}",
             "OrganPhys.GridSpacingMm": f"{float(np.max(grid.spacing)):.4g}",
-            "OrganPhys.GridMB": f"{np.size(grid.vectors) * 8 / MB:.3g}",
+            "OrganPhys.GridMB": f"{np.asarray(grid.vectors).nbytes / MB:.3g}",
         }
     for name, value in facts.items():
         if value is None:
