@@ -53,15 +53,17 @@ def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
     session.config.stash[_SESSION] = session
+    if exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED and why_not() and not REQUIRED:
+        session.exitstatus = pytest.ExitCode.OK  # skipped files count as no tests
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """End the process here if the host ran: the interpreter's teardown of Qt and VTK crashes and would spoil the exit
-    status."""
+    """End the process here if the host ran: Qt's and VTK's teardown may crash, which would spoil the exit status."""
     session = config.stash.get(_SESSION, None)
     if session is None or slicer_host.running() is None:
         return
+    slicer_host.running().remove_files()
     config.get_terminal_writer().flush()
     sys.stdout.flush()
     sys.stderr.flush()
@@ -157,9 +159,9 @@ def scene_contents(scene: object) -> Callable[[], frozenset[str]]:
     import slicer
 
     def contents() -> frozenset[str]:
+        hierarchy = slicer.vtkMRMLSubjectHierarchyNode.GetSubjectHierarchyNode(scene)  # makes it at first use
         nodes = [scene.GetNthNode(i) for i in range(scene.GetNumberOfNodes())]
         own = [n for n in nodes if not n.GetSingletonTag() and not any(n.IsA(c) for c in OF_THE_APPLICATION)]
-        hierarchy = slicer.vtkMRMLSubjectHierarchyNode.GetSubjectHierarchyNode(scene)
         items: list[int] = []
         hierarchy.GetItemChildren(hierarchy.GetSceneItemID(), items, True)
         names = [f"item {item} {hierarchy.GetItemName(item)}" for item in items]

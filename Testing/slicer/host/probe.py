@@ -40,13 +40,14 @@ def main() -> None:
 
     from . import start
 
-    start()
+    host = start()
     import slicer
 
     view = slicer.app.layoutManager().threeDWidget(0).threeDView()
     view.forceRender()
     if not view.renderWindow().SupportsOpenGL():
         raise RuntimeError("no OpenGL")
+    host.remove_files()
     print(DONE, flush=True)
     os._exit(0)  # the interpreter's teardown of Qt and VTK may crash; nothing is left to do
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import shutil
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -106,6 +107,10 @@ class Host:
         self.process()
         if not widget.grab().save(str(path)):
             raise RuntimeError(f"cannot write {path}")
+
+    def remove_files(self) -> None:
+        """Remove the temporary folder; the last thing before the process ends."""
+        shutil.rmtree(self.app.temporaryPath, ignore_errors=True)
 
     def clear_scene(self) -> None:
         slicer.mrmlScene.Clear(0)
