@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import tempfile
 from typing import Any
 
+import numpy as np
 import slicer
 from slicer.i18n import tr as _
 from slicer.i18n import translate
@@ -18,6 +20,7 @@ from OrganPhysRegistrationLib.inputs.splat_reader import OrganPhysRegistrationFi
 from OrganPhysRegistrationLib.logic import OrganPhysRegistrationLogic
 from OrganPhysRegistrationLib.panel.build import build_panel
 from OrganPhysRegistrationLib.parameters import OrganPhysRegistrationParameterNode
+from OrganPhysRegistrationLib.transform_check import mapped_and_expected
 
 __all__ = [
     "OrganPhysRegistration",
@@ -115,4 +118,22 @@ class OrganPhysRegistrationTest(ScriptedLoadableModuleTest):
 
     def runTest(self) -> None:
         self.setUp()
-        self.test_sample_case()
+        self.test_transform_follows_the_registered_organ()
+
+    def test_transform_follows_the_registered_organ(self) -> None:
+        """Load the sample case, register it, compare the transform node with the core's own map."""
+        self.delayDisplay("Loading the sample case")
+        logic = OrganPhysRegistrationLogic()
+        with tempfile.TemporaryDirectory() as folder:
+            nodes = logic.loadSampleCase(folder=folder, size="small")
+        self.assertEqual(2, nodes["landmarks"].GetNumberOfDefinedControlPoints())
+        self.delayDisplay("Registering")
+        case = logic.register(
+            nodes["segmentation"], nodes["segmentID"], nodes["splat"], landmarksNode=nodes["landmarks"]
+        )
+        self.assertEqual("elastic", case.stage)
+        points_ct, mapped, expected = mapped_and_expected(case, nodes["splat"])
+        self.assertGreater(np.linalg.norm(points_ct - expected, axis=1).max(), 1.0)  # mm: there is something to map
+        self.assertLess(np.linalg.norm(mapped - expected, axis=1).max(), 0.1)  # mm
+        logic.cleanup()
+        self.delayDisplay("Test passed")

@@ -17,7 +17,10 @@ STYLE = "background: {}; border: 1px solid {}; border-radius: 3px; color: {}; pa
 
 
 def show_message(label: Any, lines: str | Sequence[str], kind: str) -> None:
-    """Write ``lines`` (one paragraph or a list of points) into a QLabel; ``kind``: a key of COLOURS, or "plain". Empty hides it."""
+    """Write ``lines``, one paragraph or a list of points, into a QLabel; nothing hides it.
+
+    ``kind``: a key of COLOURS, or "plain" for text without a box.
+    """
     points = [lines] if isinstance(lines, str) else list(lines)
     points = [html.escape(point) for point in points if point]
     label.styleSheet = STYLE.format(*COLOURS[kind]) if kind in COLOURS else ""

@@ -8,6 +8,7 @@ from typing import Any
 from slicer.i18n import tr as _
 
 from ..choices import Stage
+from ..dependencies import missing_packages
 from .message_box import show_message
 from .section import Section, guarded
 
@@ -21,6 +22,7 @@ class RegisterSection(Section):
         super().__init__(panel)
         ui = self.ui
         self.run: Any = None
+        self._warm = False
         ui.applyButton.connect("clicked()", self.apply)
         self._steps = {"coarse": ui.coarseButton, "rigid": ui.rigidButton, "elastic": ui.elasticButton}
         ui.coarseButton.connect("clicked()", lambda: self.start(("coarse",)))
@@ -42,6 +44,7 @@ class RegisterSection(Section):
         tip = _("Stop the run; the scene is restored.") if running else _("Coarse, rigid and elastic in one run.")
         ui.applyButton.toolTip = "\n".join(reasons) or tip
         show_message(ui.reasonLabel, reasons[:1], "info")
+        self._warm_up(not running and not reasons)
         ui.progressBar.visible = running
         for button in self._steps.values():
             button.enabled = not running and not reasons
@@ -83,6 +86,12 @@ class RegisterSection(Section):
         self.panel.tell(_("The last run was taken back."))
         self.panel.refresh()
 
+    def _warm_up(self, ready: bool) -> None:
+        """Start the registration process once the inputs are there: the first run is shorter then."""
+        if ready and not self._warm and not missing_packages():
+            self._warm = True
+            self.panel.logic.warmUp()
+
     def _progress(self, stage: str, fraction: float) -> None:
         percent = round(100 * fraction)
         self.ui.progressBar.value = percent
@@ -94,6 +103,7 @@ class RegisterSection(Section):
             parameters.caseID = case.case_id
             parameters.shownStage = Stage(case.stage)
         self._tell_outcome(case)
+        self.ui.progressBar.format = _("Sampling the transform CT to scene")
         self.panel.refresh()
 
     def _transform_done(self, case: Any) -> None:

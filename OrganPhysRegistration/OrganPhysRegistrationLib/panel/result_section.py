@@ -86,7 +86,7 @@ def key_figures(case: Any, stage: str) -> dict[str, str]:
         return figures
     record = case.record
     metrics: Mapping[str, Mapping[str, Any]] = record["metrics"].get(stage, {})
-    sources = {"distance": "splat_to_ct_trim30_mean", "volume": "volume_drift", "detF": "min_det_F"}
+    sources = {"distance": "trim30_splat_to_ct", "volume": "volume_drift", "detF": "min_det_F"}
     for name, metric in sources.items():
         if metric in metrics and math.isfinite(metrics[metric]["value"]):
             figures[name] = _with_unit(metrics[metric]["value"], metrics[metric]["unit"])

@@ -12,6 +12,9 @@ from slicer.util import VTKObservationMixin
 
 from organphys.ground.checks import InputError
 
+from ..dependencies import DependencyError
+from ..runs.input_problems import sentence
+
 if TYPE_CHECKING:
     from .panel import Panel
 
@@ -46,8 +49,8 @@ def guarded(method: Callable[..., Any]) -> Callable[..., None]:
     def run(self: Section, *args: Any) -> None:
         try:
             method(self, *args[:taken])
-        except InputError as error:
-            self.panel.tell(str(error), "error")
+        except (InputError, DependencyError) as error:
+            self.panel.tell(sentence(str(error)), "error")
         except Exception as error:
             logging.exception("OrganPhys: %s failed", method.__name__)
             text = _("This did not work: {error}. The error log has the details.")

@@ -1,0 +1,220 @@
+"""The panel before a run: inputs, bindings, messages, scene close and load."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import qt
+import slicer
+
+from OrganPhysRegistrationLib.choices import CameraChoice, Stiffness, UnitChoice
+from OrganPhysRegistrationLib.inputs.matrices import array_of
+from OrganPhysRegistrationLib.panel.view_layout import LAYOUT_ID
+
+
+@pytest.fixture
+def parameters(module):
+    return module.widget.panel.parameters
+
+
+@pytest.fixture
+def loaded(host, module, sample_case):
+    """The small sample case in the panel; its nodes by the parameters' names."""
+    nodes = module.logic.loadSampleCase(folder=sample_case.folder, size="small")
+    module.widget.panel.choose(nodes)
+    host.process()
+    return nodes
+
+
+def test_an_empty_panel_says_what_to_do_first(module, screenshot):
+    assert not module.ui.applyButton.enabled
+    assert "segmentation" in module.ui.reasonLabel.text.lower()
+    assert "segmentation" in module.ui.applyButton.toolTip.lower()
+    screenshot(module.panel, "panel_empty")
+
+
+def test_no_text_is_cut_off_at_420_pixels(host, module, loaded, screenshot):
+    for name in ("inputs", "display", "register", "result", "advanced"):
+        getattr(module.ui, f"{name}Button").collapsed = False
+    module.widget.panel.tell("A long sentence that has to be wrapped in a panel of 420 pixels, whatever happens.")
+    screenshot(module.panel, "panel_all_sections")
+    assert module.panel.width <= 420
+    cut = [widget.name for widget in vars(module.ui).values() if text_is_cut(widget)]
+    assert cut == []
+
+
+def text_is_cut(widget):
+    """Whether a visible label or button is narrower, or a wrapped label lower, than its text."""
+    if not isinstance(widget, (qt.QLabel, qt.QPushButton, qt.QToolButton, qt.QCheckBox)) or not widget.visible:
+        return False
+    if isinstance(widget, qt.QLabel) and widget.wordWrap:
+        return widget.height < widget.heightForWidth(widget.width)
+    needed = max(widget.fontMetrics().horizontalAdvance(line) for line in widget.text.split("\n"))
+    return widget.width < needed + (0 if isinstance(widget, qt.QLabel) else 6)
+
+
+def test_register_is_possible_once_organ_and_splat_are_chosen(module, loaded, screenshot):
+    assert module.ui.applyButton.enabled
+    assert not module.ui.reasonLabel.visible
+    assert module.ui.segmentSelector.currentSegmentID() == loaded["segmentID"]
+    screenshot(module.panel, "panel_inputs")
+
+
+def test_sample_data_button_fills_the_inputs(host, module, parameters, sample_case, monkeypatch):
+    load = module.logic.loadSampleCase
+    monkeypatch.setattr(module.logic, "loadSampleCase", lambda: load(folder=sample_case.folder, size="small"))
+    module.ui.sampleDataButton.click()
+    host.process()
+    assert None not in (parameters.segmentation, parameters.splat, parameters.landmarks)
+    assert parameters.segmentID
+
+
+def test_widgets_and_parameters_follow_each_other(host, module, parameters):
+    module.ui.opacitySlider.value = 0.25
+    assert parameters.opacity == pytest.approx(0.25)
+    parameters.stiffness = Stiffness.Aggressive
+    assert module.ui.stiffnessCombo.currentText == "Aggressive"
+    module.ui.unitCombo.setCurrentIndex(2)
+    host.process()
+    assert parameters.unitChoice is UnitChoice.Centimetre
+
+
+def test_every_parameter_named_in_the_panel_exists(module, parameters):
+    names = {widget.property("SlicerParameterName") for widget in vars(module.ui).values()} - {None, ""}
+    assert len(names) > 12
+    for name in names:
+        parameters.getValue(name)
+
+
+def test_only_splats_are_offered_as_splat(host, module, loaded):
+    slicer.mrmlScene.AddNewNodeByClass("vtkMRMLModelNode", "no splat")
+    host.process()
+    selector = module.ui.splatSelector
+    assert selector.nodeCount() == 1
+    assert selector.currentNode() is loaded["splat"]
+
+
+def test_a_stated_unit_moves_the_splat_to_its_scale(host, module, parameters, loaded):
+    parameters.unitChoice = UnitChoice.Metre
+    host.process()
+    matrix = array_of(loaded["splat"].GetParentTransformNode().GetMatrixTransformToParent())
+    assert np.cbrt(np.linalg.det(matrix[:3, :3])) == pytest.approx(1000)
+    assert not module.ui.mmPerUnitSpinBox.visible
+    parameters.unitChoice = UnitChoice.Custom
+    parameters.mmPerUnit = 2.5
+    host.process()
+    assert module.ui.mmPerUnitSpinBox.visible
+    assert float(loaded["splat"].GetAttribute("OrganPhys.MmPerUnit")) == 2.5
+
+
+def test_a_splat_loaded_with_its_unit_brings_it_along(host, module, parameters, sample_case):
+    parameters.splat = module.logic.loadSplat(sample_case.splat, mmPerUnit=12.5, mmPerUnitPercent=5)
+    host.process()
+    assert parameters.unitChoice is UnitChoice.Custom
+    assert (parameters.mmPerUnit, parameters.unitPercent) == (12.5, 5)
+
+
+def test_landmarks_are_listed_by_name_and_can_be_renamed(host, module, loaded):
+    table = module.ui.landmarksTable
+    assert [table.item(row, 0).text() for row in range(2)] == ["left lobe", "right lobe"]
+    table.item(0, 0).setText("segment II")
+    assert loaded["landmarks"].GetNthControlPointLabel(0) == "segment II"
+
+
+def test_a_landmark_far_from_the_organ_is_told(host, module, loaded):
+    loaded["landmarks"].SetNthControlPointPositionWorld(0, 900, 0, 0)
+    host.process()
+    assert "left lobe" in module.ui.landmarksHintLabel.text
+    assert module.ui.landmarksHintLabel.visible
+
+
+def test_the_view_becomes_the_endoscope(host, module, parameters, loaded):
+    module.ui.endoscopeViewButton.click()
+    module.ui.useViewButton.click()
+    host.process()
+    assert parameters.cameraChoice is CameraChoice.FromView
+    assert json.loads(parameters.cameraPosition) == pytest.approx([0, 0, 0], abs=1e-4)
+    assert "scene units" in module.ui.cameraFactLabel.text
+
+
+def test_a_view_not_taken_yet_is_told(host, module, parameters, loaded):
+    parameters.cameraChoice = CameraChoice.FromView
+    host.process()
+    assert not module.ui.applyButton.enabled
+    assert "Use" in module.ui.reasonLabel.text
+
+
+def test_what_is_hidden_of_the_splat_is_counted(host, module, parameters, loaded):
+    total = loaded["splat"].GetPolyData().GetNumberOfPoints()
+    before = loaded["splat"].GetPolyData().GetNumberOfVerts()
+    parameters.opacity = 0.6
+    host.process()
+    shown = loaded["splat"].GetPolyData().GetNumberOfVerts()
+    assert shown < before
+    assert module.ui.splatCountLabel.text.startswith(f"{shown:,} of {total:,}")
+    module.ui.showAllButton.click()
+    host.process()
+    assert loaded["splat"].GetPolyData().GetNumberOfVerts() >= before
+
+
+def test_floaters_are_previewed_and_removed(host, module, parameters, loaded):
+    module.ui.previewFloatersButton.click()
+    assert "floaters" in module.ui.splatCountLabel.text
+    module.ui.removeFloatersButton.click()
+    host.process()
+    assert parameters.removeFloaters
+    assert not module.ui.previewFloatersButton.checked
+    assert "shown and used" in module.ui.splatCountLabel.text
+
+
+def test_an_empty_segment_is_told(host, module, parameters, loaded):
+    empty = loaded["segmentation"].GetSegmentation().AddEmptySegment("", "nothing painted")
+    parameters.segmentID = empty
+    host.process()
+    module.ui.applyButton.click()
+    host.wait_until(lambda: "empty" in module.ui.reasonLabel.text + module.ui.messageLabel.text, timeout=20)
+    assert host.record.dialogs == []
+
+
+def test_a_file_that_is_no_splat_is_told_in_the_panel(host, module, tmp_path, monkeypatch):
+    wrong = tmp_path / "mesh.ply"
+    wrong.write_text("ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nend_header\n")
+    monkeypatch.setattr(qt.QFileDialog, "getOpenFileName", staticmethod(lambda *arguments: str(wrong)))
+    module.ui.loadSplatButton.click()
+    assert "mesh.ply" in module.ui.messageLabel.text
+    assert host.record.dialogs == []
+
+
+def test_the_layout_is_registered_once(host, module):
+    for _ in range(2):
+        module.ui.layoutButton.click()
+    assert slicer.app.layoutManager().layout == LAYOUT_ID
+    assert not host.record.vtk_errors
+
+
+def test_parameters_come_back_with_the_scene(host, module, parameters, loaded, tmp_path):
+    parameters.opacity, parameters.seed = 0.3, 7
+    parameters.landmarkRadiusMm = 42
+    host.process()
+    assert slicer.util.saveScene(str(tmp_path / "scene.mrb"))
+    slicer.mrmlScene.Clear(0)
+    host.process()
+    assert module.widget.panel.parameters.seed == 0
+    assert not module.ui.applyButton.enabled
+    slicer.util.loadScene(str(tmp_path / "scene.mrb"))
+    host.process()
+    back = module.widget.panel.parameters
+    assert (back.opacity, back.seed, back.landmarkRadiusMm) == (0.3, 7, 42)
+    assert back.splat is not None
+    assert module.ui.seedSpinBox.value == 7
+    assert module.ui.applyButton.enabled
+
+
+def test_nothing_is_observed_after_the_panel_is_closed(host, module, loaded):
+    panel = module.widget.panel
+    host.close(module)
+    assert [section for section in [panel, *panel.sections] if section.Observations] == []
+    loaded["landmarks"].SetNthControlPointPositionWorld(0, 0, 0, 0)
+    loaded["splat"].SetName("still there")
