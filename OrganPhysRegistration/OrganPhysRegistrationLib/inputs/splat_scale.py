@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import vtk
 from numpy.typing import NDArray
 
 from organphys.ground.checks import Array, InputError, as_positive, one_of
@@ -43,13 +44,15 @@ def set_scale(splat_node: Any, mm_per_unit: float, kind: str = "stated", *, perc
     mm_per_unit = as_positive(mm_per_unit, "mm per scene unit")
     one_of(kind, "kind of scale", KINDS)
     transform = scene_to_world(splat_node)
-    current = array_of(transform.GetMatrixTransformToParent())
+    matrix = vtk.vtkMatrix4x4()
+    transform.GetMatrixTransformToParent(matrix)
+    current = array_of(matrix)
     now = np.cbrt(np.linalg.det(current[:3, :3]))
     if not np.isfinite(now) or now <= 0:
         raise InputError(f"{transform.GetName()}: it mirrors or flattens the splat; reset its matrix")
     turned = current[:3, :3] / now
     current[:3, :3] = mm_per_unit * (UPRIGHT if np.allclose(turned, UPRIGHT, atol=1e-9) else turned)
-    if not np.array_equal(current, array_of(transform.GetMatrixTransformToParent())):
+    if not np.array_equal(current, array_of(matrix)):
         transform.SetMatrixTransformToParent(matrix_of(current))
     splat_node.SetAttribute("OrganPhys.MmPerUnit", repr(float(mm_per_unit)))
     splat_node.SetAttribute("OrganPhys.MmPerUnitKind", kind)
