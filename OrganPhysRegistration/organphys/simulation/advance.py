@@ -1,0 +1,152 @@
+"""One body over one (sub-)step: near samples, grips, the minimisation, and what the tools feel of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..ground.checks import Array
+from ..ground.solve_report import SolveReport
+from ..mechanics.determinant import cofactor
+from .body import Body
+from .contact_terms import ContactTerms
+from .factor import FactorCache
+from .grasp import grip_springs, slipped_grip, updated_grip
+from .incremental_potential import IncrementalPotential
+from .near_tools import SPARE, contact_terms, near_samples
+from .newton_cg import Solved, minimise
+from .options import SimulationOptions
+from .state import BodyState, Grip, ToolPose, Touch
+from .time_scheme import SchemeStep, scheme_step
+from .tool_force import ToolForce, tool_forces
+from .tools import PlacedPart, Tool, place
+
+SEARCHES = 4  # rounds of the search for near samples, should the tissue have moved farther than expected
+
+
+class Motion(NamedTuple):
+    """Tools with their poses at the start and the end of the step, and the owner (P,) of each of their parts."""
+
+    tools: tuple[Tool, ...]
+    before: tuple[ToolPose, ...]
+    after: tuple[ToolPose, ...]
+    owner: NDArray[np.int64]
+
+    def parts(self, poses: tuple[ToolPose, ...]) -> tuple[PlacedPart, ...]:
+        """All parts of all tools, placed."""
+        return tuple(part for tool, pose in zip(self.tools, poses, strict=True) for part in place(tool, pose))
+
+
+@dataclass(frozen=True)
+class BodyReport:
+    """How one body's (sub-)step went.
+
+    solve: why the solver stopped, residual relative to the largest force; cg_steps: conjugate gradient steps;
+    error_m: bound of the rms error of the positions from stopping there, m, where the energy is convex; min_det,
+    volume_change: lowest det F and mean det F - 1 over the quadrature points; deepest_m: largest penetration of a
+    contact sample into a tool, m (0: none); contacts: samples pushed by a tool; forces: on each tool.
+    """
+
+    solve: SolveReport
+    cg_steps: int
+    error_m: float
+    min_det: float
+    volume_change: float
+    deepest_m: float
+    contacts: int
+    forces: tuple[ToolForce, ...]
+
+
+def advance(
+    body: Body, state: BodyState, motion: Motion, options: SimulationOptions, dt: float, cache: FactorCache
+) -> tuple[BodyState, BodyReport]:
+    """The body's state ``dt`` s later."""
+    scheme = scheme_step(options.scheme, state, dt)
+    old, new = motion.parts(motion.before), motion.parts(motion.after)
+    samples = _near(body, state.z, state, (*old, *new), options, dt)
+    state = replace(state, grips=_grips(body, state, samples, motion))
+    for _ in range(SEARCHES):
+        terms = None
+        if len(samples):
+            terms = contact_terms(
+                body, state, samples, motion.tools, motion.owner, old, new, motion.after, options, scheme.h
+            )
+        potential = IncrementalPotential.of_step(body, options, scheme, state.z, terms)
+        solved = minimise(potential, (scheme.predicted, state.z), cache)
+        missed = np.setdiff1d(near_samples(body, solved.at.z, new, options.contact_gap), samples)
+        if not len(missed):
+            break
+        samples = np.union1d(samples, missed)
+    return _outcome(body, state, motion, solved, terms, scheme, dt)
+
+
+def fastest(body: Body, velocity: Array) -> float:
+    """Largest speed of the surface, m/s, at coordinate velocity (n, 3)."""
+    surface = body.surface
+    return float(np.sqrt(((surface.phi[surface.middle] @ velocity) ** 2).sum(1).max()))
+
+
+def _near(
+    body: Body, z: Array, state: BodyState, parts: tuple[PlacedPart, ...], options: SimulationOptions, dt: float
+) -> NDArray[np.int64]:
+    """Samples that a tool may touch, and those it holds."""
+    if not parts:
+        return np.zeros(0, dtype=np.int64)
+    within = options.contact_gap + SPARE + 1.5 * dt * fastest(body, state.velocity)
+    found = [near_samples(body, z, parts, within), *(grip.sample for grip in state.grips)]
+    return np.unique(np.concatenate(found))
+
+
+def _grips(body: Body, state: BodyState, samples: NDArray[np.int64], motion: Motion) -> tuple[Grip, ...]:
+    return tuple(
+        grip if tool.jaws is None else updated_grip(grip, body.surface, state.z, samples, pose, tool.jaws)
+        for grip, tool, pose in zip(state.grips, motion.tools, motion.after, strict=True)
+    )
+
+
+def _outcome(
+    body: Body,
+    state: BodyState,
+    motion: Motion,
+    solved: Solved,
+    terms: ContactTerms | None,
+    scheme: SchemeStep,
+    dt: float,
+) -> tuple[BodyState, BodyReport]:
+    at, velocity = solved.at, (solved.at.z - scheme.old) / scheme.h
+    touch, forces, deepest = Touch(), tuple(ToolForce.none() for _ in motion.tools), 0.0
+    grips = state.grips
+    if terms is not None and at.contact is not None:
+        part, row = np.nonzero(at.contact.press > 0)
+        touch = Touch(terms.samples[row], part, at.contact.press[part, row], at.contact.normals[part, row])
+        forces = tuple(tool_forces(terms, at.contact, at.z, motion.after, motion.owner))
+        deepest = max(0.0, -float(np.where(terms.off, 0.0, terms.gaps(terms.positions(at.z))[0]).min()))
+        grips = _slipped(body, state, motion, at.z)
+    f = at.deformation
+    determinants = (f[0] * cofactor(f)[0]).sum(0)
+    weights = body.strain.weights
+    report = BodyReport(
+        solved.report,
+        solved.cg_steps,
+        float(np.linalg.norm(at.gradient)) * scheme.h**2 / body.mass,
+        float(determinants.min()),
+        float(weights @ determinants / weights.sum()) - 1,
+        deepest,
+        len(touch.sample),
+        forces,
+    )
+    return BodyState(at.z, velocity, state.z, state.velocity, dt, touch, grips), report
+
+
+def _slipped(body: Body, state: BodyState, motion: Motion, z: Array) -> tuple[Grip, ...]:
+    out = []
+    for grip, tool, pose in zip(state.grips, motion.tools, motion.after, strict=True):
+        if tool.jaws is not None and len(grip.sample):
+            springs = grip_springs(grip, body.surface, tool.jaws)
+            points = body.surface.positions(z, grip.sample)
+            grip = slipped_grip(grip, points, pose, tool.jaws, *springs)
+        out.append(grip)
+    return tuple(out)

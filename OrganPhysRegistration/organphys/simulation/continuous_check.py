@@ -1,0 +1,38 @@
+"""Nothing jumps through: how finely a tool's motion is cut, and whether tissue has crossed to a tool's far side."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..ground.checks import Array
+from .state import ToolPose
+from .tools import PlacedPart, Tool
+
+PART_OF_RADIUS = 0.8  # a tool moves at most so many of its radii within one sub-step
+MOST_SUBSTEPS = 64
+
+
+def substeps(tool: Tool, start: ToolPose, end: ToolPose) -> int:
+    """Number of sub-steps so that no point of the tool moves too far in one."""
+    shift = float(np.linalg.norm(end.position - start.position))
+    cosine = (np.trace(start.rotation.T @ end.rotation) - 1) / 2
+    turn = float(np.arccos(np.clip(cosine, -1, 1)))
+    opening = float(np.radians(abs(end.jaw_deg - start.jaw_deg))) / 2
+    travel = shift + turn * tool.extent + opening * tool.jaw_extent
+    return int(np.clip(np.ceil(travel / (PART_OF_RADIUS * tool.radius)), 1, MOST_SUBSTEPS))
+
+
+def crossed(old: PlacedPart, new: PlacedPart, start: Array, end: Array) -> bool:
+    """Whether any point goes through a part: paths from ``start`` to ``end`` (N, 3) while the part goes old -> new.
+
+    In the part's own frame a path that has been inside it and ends on the other side has crossed it.
+    """
+    a, b = old.to_local(start), new.to_local(end)
+    side = (old.shape.gap_and_normal(a)[1] * old.shape.gap_and_normal(b)[1]).sum(1)
+    turned = np.flatnonzero(side < 0)
+    if not len(turned):
+        return False
+    a, b = a[turned], b[turned]
+    longest = float(np.sqrt(((b - a) ** 2).sum(1)).max())
+    pieces = int(np.clip(np.ceil(4 * longest / old.shape.radius), 4, 100))
+    return any(bool((old.shape.gap_and_normal(a + t * (b - a))[0] < 0).any()) for t in np.linspace(0, 1, pieces + 1))

@@ -1,0 +1,107 @@
+"""The function whose minimum is the next state: inertia, damping, gravity, pins, elasticity and contact, in joules."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..ground.checks import Array
+from .body import Body
+from .contact_terms import ContactTerms, ContactValue
+from .options import SimulationOptions
+from .strain_energy import Tangent, Viscosity
+from .time_scheme import SchemeStep
+
+
+class Evaluation(NamedTuple):
+    """Energy in J (infinite: inside out or through a tool), gradient (n, 3) in N, and parts of it for later use.
+
+    ``largest`` N: norm of the largest of the forces that the gradient balances.
+    """
+
+    z: Array
+    energy: float
+    gradient: Array
+    deformation: Array
+    contact: ContactValue | None
+    largest: float
+
+
+@dataclass(frozen=True)
+class IncrementalPotential:
+    """One step of one body; ``contact`` None: no tool is near."""
+
+    body: Body
+    options: SimulationOptions
+    scheme: SchemeStep
+    viscosity: Viscosity | None
+    contact: ContactTerms | None
+
+    @classmethod
+    def of_step(
+        cls, body: Body, options: SimulationOptions, scheme: SchemeStep, z: Array, contact: ContactTerms | None
+    ) -> IncrementalPotential:
+        """The potential of a step that starts at Z (n, 3)."""
+        viscosity = None
+        if options.stiffness_damping > 0:
+            start = body.strain.gradients(z)
+            old = start if scheme.old is z else body.strain.gradients(scheme.old)
+            viscosity = Viscosity(options.stiffness_damping / scheme.h, start, old)
+        return cls(body, options, scheme, viscosity, contact)
+
+    @property
+    def inertia(self) -> float:
+        """m / h^2, N/m."""
+        return self.body.mass / self.scheme.h**2
+
+    @property
+    def drag(self) -> float:
+        """Mass damping alpha m / h, N/m."""
+        return self.options.mass_damping * self.body.mass / self.scheme.h
+
+    def evaluate(self, z: Array) -> Evaluation:
+        """Energy and gradient at Z (n, 3)."""
+        body = self.body
+        deformation = body.strain.gradients(z)
+        energy, stress = body.strain.energy_and_stress(deformation, self.viscosity)
+        if not np.isfinite(energy):
+            return Evaluation(z, np.inf, np.zeros_like(z), deformation, None, 0.0)
+        move, slide = z - self.scheme.predicted, z - self.scheme.old
+        forces = [
+            self.inertia * move,
+            self.drag * slide,
+            -body.mass * np.outer(body.mean_phi, self.options.gravity),
+            body.held @ z,
+            body.strain.loads(stress),
+        ]
+        energy += 0.5 * self.inertia * float((move**2).sum()) + 0.5 * self.drag * float((slide**2).sum())
+        energy += float((forces[2] * z).sum()) + 0.5 * float((forces[3] * z).sum())
+        contact = None
+        if self.contact is not None:
+            contact = self.contact.value(z)
+            energy += contact.energy
+            forces.append(self.contact.phi.T @ contact.pull)
+        largest = max(float(np.linalg.norm(force)) for force in forces)
+        return Evaluation(z, energy, np.sum(forces, axis=0), deformation, contact, largest)
+
+    def tangent(self, at: Evaluation) -> tuple[Tangent, Array | None]:
+        """What ``product`` needs at ``at``: of the elasticity, and blocks (N, 3, 3) of the contact."""
+        blocks = None
+        if self.contact is not None and at.contact is not None:
+            blocks = self.contact.whole_blocks(at.z, at.contact)
+        return self.body.strain.tangent(at.deformation, self.viscosity), blocks
+
+    def product(self, tangent: tuple[Tangent, Array | None], change: Array) -> Array:
+        """Hessian at the tangent's point times ``change`` (n, 3)."""
+        out = (self.inertia + self.drag) * change + self.body.held @ change
+        out += self.body.strain.hessian_product(tangent[0], change)
+        if self.contact is not None and tangent[1] is not None:
+            moved = np.einsum("nab,nb->na", tangent[1], self.contact.phi @ change)
+            out += self.contact.phi.T @ moved
+        return out
+
+    def admissible(self, z: Array) -> bool:
+        """Whether no tissue has gone through a tool on the way to Z (n, 3)."""
+        return self.contact is None or not self.contact.crosses(z)

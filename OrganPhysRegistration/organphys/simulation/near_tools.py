@@ -1,0 +1,111 @@
+"""Which contact samples of a body a tool may touch during a step, and the contact terms of these."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..ground.checks import Array
+from ..mechanics.determinant import cofactor
+from .body import Body
+from .contact_terms import ContactTerms, Held, Sticking, already_crossed
+from .grasp import grip_springs
+from .options import SimulationOptions
+from .state import BodyState, Grip, ToolPose
+from .tools import PlacedPart, Tool
+
+SPARE = 1e-3  # m: tissue may move so much farther than its present velocity says before the search is repeated
+
+
+def near_samples(body: Body, z: Array, parts: tuple[PlacedPart, ...], within: float) -> NDArray[np.int64]:
+    """Indices (N,), ascending, of all samples within ``within`` m of a part at Z (n, 3)."""
+    surface = body.surface
+    centres = surface.positions(z, surface.middle)
+    stretch = largest_stretch(body.strain.gradients(z))
+    patches = np.zeros(len(centres), dtype=bool)
+    for part in parts:
+        patches |= part.gap_and_normal(centres)[0] < within + stretch * surface.reach
+    samples = surface.samples_of(np.flatnonzero(patches))
+    x = surface.positions(z, samples)
+    near = np.zeros(len(samples), dtype=bool)
+    for part in parts:
+        near |= part.gap_and_normal(x)[0] < within
+    return samples[near]
+
+
+def largest_stretch(f: Array) -> float:
+    """An upper bound of the largest principal stretch of gradients F (3, 3, Q), by s^2 <= tr F^T F - 2 det F / s."""
+    trace = (f**2).sum((0, 1))
+    determinant = (f[0] * cofactor(f)[0]).sum(0)
+    s = np.sqrt(trace)
+    for _ in range(6):
+        s = np.sqrt(np.maximum(trace - 2 * determinant / s, 0.0))
+    return float(s.max())
+
+
+def contact_terms(
+    body: Body,
+    state: BodyState,
+    samples: NDArray[np.int64],
+    tools: tuple[Tool, ...],
+    owner: NDArray[np.int64],
+    old: tuple[PlacedPart, ...],
+    new: tuple[PlacedPart, ...],
+    poses: tuple[ToolPose, ...],
+    options: SimulationOptions,
+    h: float,
+) -> ContactTerms:
+    """Contact, friction and grip at ``samples``, which hold all those in the state's grips."""
+    surface = body.surface
+    points, phi = surface.points[samples], surface.phi[samples]
+    start = points + phi @ state.z
+    held = tuple(
+        _held(k, grip, samples, surface_grip, pose)
+        for k, (grip, tool, pose) in enumerate(zip(state.grips, tools, poses, strict=True))
+        if tool.jaws is not None and len(grip.sample)
+        for surface_grip in [grip_springs(grip, surface, tool.jaws)]
+    )
+    off = np.zeros((len(new), len(samples)), dtype=bool)
+    for grip in held:
+        off[np.ix_(owner == grip.tool, grip.row)] = True
+    return ContactTerms(
+        samples=samples,
+        points=points,
+        areas=surface.areas[samples],
+        phi=phi,
+        start=start,
+        old=old,
+        new=new,
+        off=off,
+        unchecked=off | already_crossed(old, new, start),
+        sticking=_sticking(state, samples, start, old, new, options, h),
+        held=held,
+        width=options.contact_gap,
+        pressure=options.contact_pressure,
+    )
+
+
+def _held(tool: int, grip: Grip, samples: NDArray[np.int64], springs: tuple[Array, Array], pose: ToolPose) -> Held:
+    anchor = grip.anchor @ pose.rotation.T + pose.position
+    return Held(np.searchsorted(samples, grip.sample), anchor, *springs, tool)
+
+
+def _sticking(
+    state: BodyState,
+    samples: NDArray[np.int64],
+    start: Array,
+    old: tuple[PlacedPart, ...],
+    new: tuple[PlacedPart, ...],
+    options: SimulationOptions,
+    h: float,
+) -> Sticking:
+    """Friction at last step's contacts, as far as their samples are near still."""
+    touch = state.touch
+    here = np.isin(touch.sample, samples) if options.friction > 0 else np.zeros(len(touch.sample), dtype=bool)
+    row, part = np.searchsorted(samples, touch.sample[here]), touch.part[here]
+    motion = np.zeros((len(row), 3))
+    for k in np.unique(part):
+        mine = part == k
+        motion[mine] = new[k].to_scene(old[k].to_local(start[row[mine]])) - start[row[mine]]
+    limit = options.friction * touch.force[here]
+    return Sticking(row, part, touch.normal[here], limit, motion, options.slip_speed * h)

@@ -1,0 +1,108 @@
+"""Newton's method with conjugate gradients: the minimum of the incremental potential, to a relative residual.
+
+Each linear system is solved with the true Hessian by preconditioned conjugate gradients, cut off where the curvature
+is not positive (Nocedal and Wright, "Numerical Optimization", 2nd ed., algorithm 7.1). The line search accepts only
+finite energies, so never det F <= 0, and only states that tissue can reach without going through a tool.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..ground.checks import Array
+from ..ground.solve_report import SolveReport, Stop
+from .factor import Factor, FactorCache
+from .incremental_potential import Evaluation, IncrementalPotential
+
+SUFFICIENT = 1e-4  # Armijo's fraction of the predicted decrease
+HALVINGS = 30
+CG_STEPS = 60
+FORCING = 0.05  # linear systems are solved to this part of the residual, or to the tolerance where that is more
+LEAST_FORCE = 1e-3  # m/s^2: forces are compared with at least this times the mass
+ROUNDING = 1e-13
+
+
+class Solved(NamedTuple):
+    """Where Newton stopped, why, and how many conjugate gradient steps it took."""
+
+    at: Evaluation
+    report: SolveReport
+    cg_steps: int
+
+
+def minimise(potential: IncrementalPotential, starts: tuple[Array, ...], cache: FactorCache) -> Solved:
+    """Minimum from the first of ``starts`` (n, 3) that is admissible; the last one must be.
+
+    The report's residual is the norm of the gradient over the largest force. With ``Stop.STALLED`` or STEP_LIMIT the
+    state is still finite, just not as exact as asked.
+    """
+    at = _first_admissible(potential, starts)
+    evaluations, cg_steps = 1, 0
+    for iteration in range(potential.options.newton_steps + 1):
+        largest = max(at.largest, LEAST_FORCE * potential.body.mass)
+        norm = float(np.linalg.norm(at.gradient))
+        goal = potential.options.tolerance * largest
+        if norm <= goal:
+            return Solved(at, SolveReport(Stop.CONVERGED, iteration, evaluations, norm / largest), cg_steps)
+        if iteration == potential.options.newton_steps:
+            break
+        factor = cache.factor(potential, at)
+        direction, used = _direction(potential, at, factor, max(FORCING * norm, 0.3 * goal))
+        cg_steps += used
+        trial, tried = _line_search(potential, at, direction)
+        evaluations += tried
+        if trial is None:
+            return Solved(at, SolveReport(Stop.STALLED, iteration, evaluations, norm / largest), cg_steps)
+        at = trial
+    report = SolveReport(Stop.STEP_LIMIT, potential.options.newton_steps, evaluations, norm / largest)
+    return Solved(at, report, cg_steps)
+
+
+def _first_admissible(potential: IncrementalPotential, starts: tuple[Array, ...]) -> Evaluation:
+    for z in starts[:-1]:
+        if potential.admissible(z):
+            at = potential.evaluate(z)
+            if np.isfinite(at.energy):
+                return at
+    at = potential.evaluate(starts[-1])
+    if not np.isfinite(at.energy):
+        raise ValueError("state: the body is turned inside out (det F <= 0) before the step")
+    return at
+
+
+def _direction(potential: IncrementalPotential, at: Evaluation, factor: Factor, goal: float) -> tuple[Array, int]:
+    """Newton direction (n, 3) with a residual of at most ``goal`` N, and the number of Hessian products."""
+    tangent = potential.tangent(at)
+    x, r = np.zeros_like(at.gradient), -at.gradient
+    y = factor.solve(r)
+    p, ry = y, float((r * y).sum())
+    for k in range(CG_STEPS):
+        q = potential.product(tangent, p)
+        curvature = float((p * q).sum())
+        if curvature <= 0:
+            return (y if k == 0 else x), k + 1
+        step = ry / curvature
+        x = x + step * p
+        r = r - step * q
+        if float(np.linalg.norm(r)) <= goal:
+            return x, k + 1
+        y = factor.solve(r)
+        ry, before = float((r * y).sum()), ry
+        p = y + (ry / before) * p
+    return x, CG_STEPS
+
+
+def _line_search(potential: IncrementalPotential, at: Evaluation, direction: Array) -> tuple[Evaluation | None, int]:
+    """First of the full step, half of it, ... that is admissible, finite and lower; None if there is none."""
+    slope, step = float((at.gradient * direction).sum()), 1.0
+    for k in range(HALVINGS):
+        z = at.z + step * direction
+        if potential.admissible(z):
+            trial = potential.evaluate(z)
+            bound = at.energy + SUFFICIENT * step * slope + ROUNDING * abs(at.energy)
+            if trial.energy <= bound and np.isfinite(trial.gradient).all():
+                return trial, k + 1
+        step *= 0.5
+    return None, HALVINGS

@@ -1,0 +1,56 @@
+"""Options of a simulation, checked when they are made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..ground.checks import Array, InputError, as_positive, as_vector, one_of
+
+STANDARD_GRAVITY = 9.80665  # m/s^2
+
+
+@dataclass(frozen=True)
+class SimulationOptions:
+    """How a scene moves.
+
+    gravity (3,) m/s^2 along the scene's axes (see ``gravity_along``); scheme "backward_euler" (damps on its own) or
+    "bdf2" (second order). Damping of Rayleigh's kind: mass_damping in 1/s, stiffness_damping in s. tolerance: residual
+    force of a step in parts of the largest force of its balance; the rms error of the step's positions is then below
+    dt^2 times the residual over the mass (``BodyReport.error_m``) where the energy is convex.
+    contact_gap m: distance at which tools begin to push; contact_pressure Pa: scale of that push; friction:
+    Coulomb coefficient; slip_speed m/s: below it friction sticks softly.
+    """
+
+    gravity: Array = field(default_factory=lambda: np.zeros(3))
+    scheme: str = "backward_euler"
+    mass_damping: float = 0.5
+    stiffness_damping: float = 0.005
+    tolerance: float = 1e-3
+    newton_steps: int = 30
+    contact_gap: float = 1e-3
+    contact_pressure: float = 5e4
+    friction: float = 0.2
+    slip_speed: float = 2e-3
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gravity", as_vector(self.gravity, "gravity"))
+        one_of(self.scheme, "scheme", ("backward_euler", "bdf2"))
+        for name in ("tolerance", "contact_gap", "contact_pressure", "slip_speed"):
+            as_positive(getattr(self, name), name)
+        for name in ("mass_damping", "stiffness_damping", "friction"):
+            value = getattr(self, name)
+            if not np.isfinite(value) or value < 0:
+                raise InputError(f"{name}: expected a finite number of at least 0, got {value}")
+        if self.newton_steps < 1:
+            raise InputError(f"newton_steps: expected at least 1, got {self.newton_steps}")
+
+
+def gravity_along(direction: Array, strength: float = STANDARD_GRAVITY) -> Array:
+    """Gravity (3,) in m/s^2 along a direction (3,) of any length."""
+    down = as_vector(direction, "gravity direction")
+    length = float(np.linalg.norm(down))
+    if length == 0:
+        raise InputError("gravity direction: it must not be the zero vector")
+    return down * (strength / length)

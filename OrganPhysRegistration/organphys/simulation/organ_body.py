@@ -1,0 +1,52 @@
+"""The body of a registered organ: an own basis on the geometry after registration, in metres along the scene's axes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..asset.registered_organ import RegisteredOrgan
+from ..ground.checks import Array, as_vector
+from ..mechanics.tissue import Tissue, tissue_for
+from .body import Body, build_body
+
+
+def metres_per_unit(organ: RegisteredOrgan) -> float:
+    """Metres per scene unit by the registration's scale: 1 mm of CT is 1 mm of tissue."""
+    return 1e-3 / organ.T_scene_ct.scale
+
+
+def organ_body(
+    organ: RegisteredOrgan,
+    *,
+    tissue: Tissue | None = None,
+    handles: int = 20,
+    quadrature: int = 2000,
+    sample_spacing: float = 1.2e-3,
+    seed: int = 0,
+) -> Body:
+    """Body of the organ as registered; ``tissue``: the preset that goes with the organ's name if not given.
+
+    Positions are scene coordinates times ``metres_per_unit``. See ``build_body`` for the other arguments.
+    """
+    unit = metres_per_unit(organ)
+    points = organ.map_points(organ.volume_points) * unit
+    stretch = np.linalg.det(organ.deformation_gradient(organ.volume_points))
+    volumes = 1e-6 * organ.volume_ml * stretch / len(points)
+    return build_body(
+        points,
+        volumes,
+        organ.scene_vertices * unit,
+        organ.faces,
+        tissue=tissue or tissue_for(organ.name),
+        handles=handles,
+        quadrature=quadrature,
+        sample_spacing=sample_spacing,
+        seed=seed,
+        name=organ.name,
+    )
+
+
+def scene_direction(organ: RegisteredOrgan, direction_ras: ArrayLike) -> Array:
+    """A CT direction (3,), RAS, along the scene's axes: (0, -1, 0) is down for a patient who lies on the back."""
+    return organ.T_scene_ct.turn(as_vector(direction_ras, "direction"))

@@ -1,0 +1,60 @@
+"""What is simulated: bodies side by side, tools and options. It never changes; edits give a new scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..ground.checks import InputError
+from ..ground.notices import Notice
+from .body import Body
+from .options import SimulationOptions
+from .state import BodyState, SceneState, ToolPose
+from .tools import Tool, checked_pose
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Bodies do not touch each other; each feels the tools, gravity and its own pins."""
+
+    bodies: tuple[Body, ...]
+    tools: tuple[Tool, ...] = ()
+    options: SimulationOptions = field(default_factory=SimulationOptions)
+
+    def __post_init__(self) -> None:
+        if not self.bodies:
+            raise InputError("scene: expected at least one body")
+
+    @property
+    def part_owner(self) -> NDArray[np.int64]:
+        """The tool (P,) of every part, the parts of all tools in a row."""
+        return np.repeat(np.arange(len(self.tools)), [len(tool.parts) for tool in self.tools])
+
+    def initial_state(self, *poses: ToolPose) -> SceneState:
+        """All bodies at rest in the registered geometry, the tools at ``poses``."""
+        bodies = tuple(BodyState.at_rest(body.basis.size, len(self.tools)) for body in self.bodies)
+        return SceneState(bodies, self.checked_poses(poses))
+
+    def checked_poses(self, poses: tuple[ToolPose, ...]) -> tuple[ToolPose, ...]:
+        """One sound pose per tool, or InputError."""
+        if len(poses) != len(self.tools):
+            raise InputError(f"tool poses: expected {len(self.tools)}, one per tool, got {len(poses)}")
+        return tuple(checked_pose(p, f"pose of {tool.name}") for p, tool in zip(poses, self.tools, strict=True))
+
+    def with_body(self, index: int, body: Body) -> Scene:
+        """This scene with one body exchanged, e.g. ``scene.bodies[0].with_pins(...)``; the state stays valid as long
+        as the basis is the same."""
+        return replace(self, bodies=(*self.bodies[:index], body, *self.bodies[index + 1 :]))
+
+    def notices(self, state: SceneState) -> tuple[Notice, ...]:
+        """What the user should know before the run."""
+        out = []
+        if self.options.gravity.any():
+            out += [
+                Notice("unpinned", f"{body.name} has no pins: it will fall with gravity")
+                for body in self.bodies
+                if not body.held.any()
+            ]
+        return tuple(out)
