@@ -33,7 +33,7 @@ def organ():
 
 
 @cache
-def grids(spacing: float = 5.0) -> DisplacementGrids:
+def grids(spacing: float = 3.0) -> DisplacementGrids:
     """Forward and inverse displacement, sampled here, 40 mm beyond the organ."""
     bent = organ()
     low = bent.vertices.min(0) - 40

@@ -12,7 +12,7 @@ from organphys.ground.checks import InputError
 
 from .case_record import SURFACES, CaseNodes
 from .geometry import cells, vtk_points
-from .node_factory import remove
+from .node_factory import followers, remove
 
 COLOUR = (0.35, 0.75, 1.0)
 
@@ -74,8 +74,9 @@ class LiveOverlay:
 
 
 def _hide(case: CaseNodes) -> list[Any]:
-    displays = [node.GetDisplayNode() for node in map(case.get, SURFACES) if node is not None]
-    shown = [display for display in displays if display is not None and display.GetVisibility()]
+    """Hide the case's surfaces and colour legends; the display nodes that were visible."""
+    displays = [one for node in map(case.get, SURFACES) if node is not None for one in followers(node)]
+    shown = [one for one in displays if one.IsA("vtkMRMLDisplayNode") and one.GetVisibility()]
     for display in shown:
         display.SetVisibility(False)
     return shown
