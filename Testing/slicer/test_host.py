@@ -57,12 +57,22 @@ def test_a_timer_that_sleeps_lends_the_interpreter_to_threads(host, counter):
     assert lent > 2 * starved
 
 
-def test_latency_meter_sees_a_blocked_loop(host):
+def test_latency_meter_sees_a_blocked_loop_and_where(host):
+    def block_the_loop():
+        time.sleep(0.3)
+
     with host.latency_meter() as meter:
-        qt.QTimer.singleShot(20, lambda: time.sleep(0.3))
+        qt.QTimer.singleShot(20, block_the_loop)
         host.wait(0.5)
     assert meter.longest >= 0.3
     assert meter.turns > 10
+    assert "block_the_loop" in meter.blocked_at
+
+
+def test_latency_meter_of_a_free_loop_blames_nobody(host):
+    with host.latency_meter(trace_after=5) as meter:
+        host.wait(0.2)
+    assert meter.turns > 10 and meter.blocked_at == ""
 
 
 def test_exceptions_of_callbacks_are_recorded(host):

@@ -1,4 +1,4 @@
-"""Slicer's event loop, GIL included, and a meter of how long it was blocked.
+"""Slicer's event loop, GIL included.
 
 Slicer runs Qt's loop from C++ and keeps the GIL while it waits for events; PySide6 gives the GIL back, so a Python
 thread that starves in Slicer would run here. Calling Qt through ctypes.PyDLL keeps the GIL, as in Slicer: only what
@@ -9,16 +9,12 @@ from __future__ import annotations
 
 import ctypes
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 
 import PySide6
 import shiboken6
 from PySide6 import QtCore
-
-TICK_MS = 5
 
 
 def _qt_core() -> ctypes.PyDLL:
@@ -63,32 +59,3 @@ def wait_until(condition: Callable[[], object], timeout: float = 60.0, poll: flo
         if time.monotonic() > end:
             raise TimeoutError(f"the awaited condition did not come true within {timeout:g} s")
         wait(poll)
-
-
-@dataclass
-class LatencyMeter:
-    """``longest``: seconds between two turns of the event loop, the longest so far; ``turns``: how many were seen."""
-
-    longest: float = 0.0
-    turns: int = 0
-
-
-@contextmanager
-def latency_meter() -> Iterator[LatencyMeter]:
-    """Measure within a block, while the event loop runs (``wait``, ``wait_until``): a 5 ms timer marks its turns."""
-    meter, timer = LatencyMeter(), QtCore.QTimer()
-    last = time.monotonic()
-
-    def tick() -> None:
-        nonlocal last
-        now = time.monotonic()
-        meter.longest, meter.turns, last = max(meter.longest, now - last), meter.turns + 1, now
-
-    timer.setTimerType(QtCore.Qt.TimerType.PreciseTimer)
-    timer.timeout.connect(tick)
-    timer.start(TICK_MS)
-    try:
-        yield meter
-        tick()
-    finally:
-        timer.stop()

@@ -12,6 +12,7 @@ from typing import Any
 import slicer
 
 from . import application, event_loop, mrml_markups_widgets, mrml_segment_selector  # noqa: F401  (register stand-ins)
+from .latency import latency_meter
 from .modules import qSlicerScriptedLoadableModule, qSlicerScriptedLoadableModuleWidget
 from .record import Record, record
 
@@ -40,7 +41,7 @@ class LoadedModule:
 class Host:
     wait = staticmethod(event_loop.wait)
     wait_until = staticmethod(event_loop.wait_until)
-    latency_meter = staticmethod(event_loop.latency_meter)
+    latency_meter = staticmethod(latency_meter)
 
     def __init__(self) -> None:
         self.app = application.install()
