@@ -5,6 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import slicer
+from splat_files import write_gaussians, write_points
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+from organphys import InputError, read_splat
+from organphys.readers.gaussian_ply import read_gaussians
 from OrganPhysRegistrationLib.inputs.matrices import ROLE, apply_matrix, matrix_of
 from OrganPhysRegistrationLib.inputs.splat_display import shown_gaussians
 from OrganPhysRegistrationLib.inputs.splat_node import (
@@ -18,11 +23,6 @@ from OrganPhysRegistrationLib.inputs.splat_node import (
     set_scale,
     splat_arrays,
 )
-from splat_files import write_gaussians, write_points
-from vtkmodules.util.numpy_support import vtk_to_numpy
-
-from organphys import InputError, read_splat
-from organphys.readers.gaussian_ply import read_gaussians
 
 UPRIGHT = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 
@@ -99,7 +99,7 @@ def test_overlay_frame_counts_for_what_is_shown_only(scene, sample_case):
 
 
 def test_non_finite_gaussians_keep_their_index_and_are_hidden(scene, tmp_path):
-    centres = np.random.default_rng(0).normal(size=(50, 3)) + [0, 0, 5]
+    centres = np.random.default_rng(0).normal([0, 0, 5], 1, (50, 3))
     centres[7, 1], opacities = np.nan, np.full(50, 0.9)
     scales = np.full((50, 3), -4.0)
     scales[9, 0] = np.inf

@@ -82,9 +82,12 @@ def _lifted(surface: vtk.vtkPolyData, points: Any, weights: Any) -> vtk.vtkPolyD
 
 def _new_node() -> Any:
     scene = slicer.mrmlScene
-    node = scene.AddNewNodeByClass("vtkMRMLModelNode", "Landmark weights")
+    node = slicer.vtkMRMLModelNode()
+    node.SetName("Landmark weights")
     node.SetAttribute(ROLE, WEIGHTS)
     node.SetSaveWithScene(False)
+    node.SetHideFromEditors(True)
+    scene.AddNode(node)
     node.CreateDefaultDisplayNodes()
     display = node.GetDisplayNode()
     display.SetSaveWithScene(False)
