@@ -23,21 +23,15 @@ def outcome_of_inputs(inputs: RunInputs, stages: Sequence[str], start: Any, prog
     """
     from organphys.exports.displacement_grid import sample_displacement
 
-    session = _session(run_at_once(gather(inputs)), progress)
-    outcome = None
+    session, outcome = _session(run_at_once(gather(inputs)), progress), None
     for stage in stages:
-        by_hand = {"start": similarity_of(start)} if start is not None and stage == stages[0] != "coarse" else {}
+        by_hand: dict[str, Any] = {}
+        if stage == stages[0] and stage != "coarse" and start is not None:
+            by_hand["start"] = Similarity.of_matrix(np.asarray(start, dtype=np.float64))
         outcome = getattr(session, stage)(progress, **by_hand)
     if stages[-1] == "elastic":
         outcome = replace(outcome, grids=sample_displacement(session.registration.organ, progress=progress))
     return outcome
-
-
-def similarity_of(matrix: Any) -> Similarity:
-    """A (4, 4) without shear as a Similarity."""
-    T = np.asarray(matrix, dtype=np.float64)
-    scale = float(np.cbrt(np.linalg.det(T[:3, :3])))
-    return Similarity(scale, T[:3, :3] / scale, T[:3, 3])
 
 
 def _session(case: GatheredCase, progress: Progress) -> Any:

@@ -1,13 +1,14 @@
-"""Files shared with the child: what goes in, in steps, and what comes out."""
+"""Files shared with the child: what goes in and what comes out, in steps."""
 
 from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
-from .gathered_case import gather
+from .gathered_case import GatheredCase, gather
 from .run_inputs import RunInputs
 from .warm_session import case_digest
 
@@ -22,13 +23,11 @@ class SavedCase:
 
 def save_case_steps(inputs: RunInputs, folder: Path) -> Generator[None, None, SavedCase]:
     """Read the nodes and write the case file; InputError says what is wrong with one of them."""
-    from organphys.pipeline.outcome_files import save_case
-
     case = yield from gather(inputs)
     yield
     digest = case_digest(case)
     yield
-    ...
+    return SavedCase(_save(case, folder), digest)
 
 
 def outcome_steps(folder: Path) -> Generator[None, None, Any]:
@@ -37,3 +36,23 @@ def outcome_steps(folder: Path) -> Generator[None, None, Any]:
 
     yield
     return load_outcome(folder)
+
+
+def _save(case: GatheredCase, folder: Path) -> str:
+    from organphys.pipeline.outcome_files import save_case
+
+    return save_case(
+        folder,
+        mask=case.segment.mask,
+        ijk_to_ras=case.segment.ijk_to_ras,
+        name=case.segment.name,
+        splat=case.splat,
+        options=SimpleNamespace(**case.settings),  # RegisterOptions would import scipy, which holds Slicer's window
+        landmarks=case.landmarks,
+        camera=case.camera,
+        box=case.box,
+        unit=case.unit,
+        opening=case.opening,
+        close_holes=case.close_holes,
+        provenance=case.provenance,
+    )

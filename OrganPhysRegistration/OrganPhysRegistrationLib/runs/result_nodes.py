@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import uuid
 from collections.abc import Generator
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..outputs.case_nodes import CaseNodes, batch, case_of, write_outcome
+from ..outputs.case_nodes import CaseNodes, batch, write_outcome
 from ..outputs.tables import write_metrics
 from ..outputs.transform_nodes import write_transforms
 from ..outputs.undo import RunUndo, begin_run
@@ -35,15 +34,13 @@ def result_steps(folder: Path, inputs: RunInputs) -> Generator[None, None, Writt
 
 def write_case(outcome: Any, inputs: RunInputs) -> WrittenCase:
     """Write a CaseOutcome into the case of segment and splat, or into a new one."""
-    known = case_of(inputs.segmentation, inputs.segment_id, inputs.splat)
-    case_id = uuid.uuid4().hex[:12] if known is None else known.case_id
-    undo = begin_run(inputs.segmentation, inputs.segment_id, inputs.splat, case_id)
+    undo = begin_run(inputs.segmentation, inputs.segment_id, inputs.splat)
     case = write_outcome(
         outcome,
         segmentation=inputs.segmentation,
         segment_id=inputs.segment_id,
         splat=inputs.splat,
-        case_id=case_id,
+        case_id=undo.case_id,
     )
     return WrittenCase(case, undo)
 

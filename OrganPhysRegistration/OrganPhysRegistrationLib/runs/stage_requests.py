@@ -78,8 +78,9 @@ class StageRequests:
             self.report(self._left[0], str(event.get("stage", "")), float(event.get("fraction", 0.0)))
         elif kind == "surface":
             file = self._session.folder / event["file"]
-            self._on_surface(np.load(file))
-            file.unlink()
+            if file.exists():  # else we are late: the child keeps the newest ones only
+                self._on_surface(np.load(file))
+                file.unlink()
         elif kind == "done":
             self._request_done(self._left.pop(0), event)
 
