@@ -169,15 +169,6 @@ def test_floaters_are_previewed_and_removed(host, module, parameters, loaded):
     assert "shown and used" in module.ui.splatCountLabel.text
 
 
-def test_an_empty_segment_is_told(host, module, parameters, loaded):
-    empty = loaded["segmentation"].GetSegmentation().AddEmptySegment("", "nothing painted")
-    parameters.segmentID = empty
-    host.process()
-    module.ui.applyButton.click()
-    host.wait_until(lambda: "empty" in module.ui.reasonLabel.text + module.ui.messageLabel.text, timeout=20)
-    assert host.record.dialogs == []
-
-
 def test_a_file_that_is_no_splat_is_told_in_the_panel(host, module, tmp_path, monkeypatch):
     wrong = tmp_path / "mesh.ply"
     wrong.write_text("ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nend_header\n")

@@ -22,7 +22,7 @@ def show_message(label: Any, lines: str | Sequence[str], kind: str) -> None:
     ``kind``: a key of COLOURS, or "plain" for text without a box.
     """
     points = [lines] if isinstance(lines, str) else list(lines)
-    points = [html.escape(point) for point in points if point]
+    points = [html.escape(point, quote=False) for point in points if point]
     label.styleSheet = STYLE.format(*COLOURS[kind]) if kind in COLOURS else ""
     label.text = "<br>".join(points) if len(points) < 2 else "".join(f"<div>• {point}</div>" for point in points)
     label.visible = bool(points)

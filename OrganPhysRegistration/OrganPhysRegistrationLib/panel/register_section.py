@@ -46,6 +46,8 @@ class RegisterSection(Section):
         show_message(ui.reasonLabel, reasons[:1], "info")
         self._warm_up(not running and not reasons)
         ui.progressBar.visible = running
+        for content in (ui.inputsContent, ui.displayContent, ui.sampleDataButton):
+            content.enabled = not running
         for button in self._steps.values():
             button.enabled = not running and not reasons
         ui.undoButton.enabled = not running and self.panel.logic.canUndo()
@@ -63,8 +65,7 @@ class RegisterSection(Section):
     def start(self, stages: Sequence[str], start: Any = None) -> None:
         """Start a run. ``start`` (4, 4): T_scene_ct set by hand, the first of ``stages`` begins there."""
         self.panel.tell("")
-        self._progress("prepare", 0.0)
-        self.run = self.panel.logic.startRun(
+        started = self.panel.logic.startRun(
             self.panel.parameters,
             stages,
             start=start,
@@ -73,6 +74,9 @@ class RegisterSection(Section):
             onTransform=self._transform_done,
             onFailed=self._failed,
         )
+        if started is not None:  # else the reason is told
+            self.run = started
+            self._progress("prepare", 0.0)
         self.panel.refresh()
 
     @guarded
