@@ -17,10 +17,10 @@ def start():
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
         sys.excepthook = record.excepthook
-        from . import ctk_widgets, qt_module
+        from . import ctk_module, qt_module
 
         qt_module.install()
-        ctk_widgets.install()
+        ctk_module.install()
         from .session import Host
 
         _host = Host()

@@ -1,4 +1,4 @@
-"""Stand-ins for ctkCollapsibleButton and ctkCollapsibleGroupBox."""
+"""Stand-in for ctkCollapsibleButton."""
 
 from __future__ import annotations
 
@@ -91,16 +91,3 @@ class ctkCollapsibleButton(QtWidgets.QAbstractButton):
         painter.setBrush(QtGui.QColor(70, 70, 70))
         painter.drawPolygon(QtGui.QPolygonF([QtCore.QPointF(x + dx, y + dy) for dx, dy in corners]))
         painter.restore()
-
-
-@stand_in
-class ctkCollapsibleGroupBox(QtWidgets.QGroupBox):
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*[a for a in arguments if a is not None])
-        self._collapsed = False
-
-    def setCollapsed(self, collapsed: bool) -> None:
-        self._collapsed = bool(collapsed)
-        fold(self, self._collapsed)
-
-    collapsed = Property(bool, lambda self: self._collapsed, setCollapsed)

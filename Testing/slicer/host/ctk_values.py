@@ -1,4 +1,4 @@
-"""Stand-ins for ctk's and qMRML's numeric widgets: slider with spin box, spin box, range."""
+"""Stand-ins for ctk's and qMRML's numeric widgets: slider with spin box, spin box."""
 
 from __future__ import annotations
 
@@ -112,34 +112,3 @@ for _name, _base in {
     "qMRMLSpinBox": SpinWidget,
 }.items():
     globals()[_name] = stand_in(type(_name, (_base,), {}))
-
-
-@stand_in
-class ctkRangeWidget(QtWidgets.QWidget):
-    """Two numbers, low and high."""
-
-    valuesChanged = Signal(float, float)
-
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(parent_of(arguments))
-        self._low, self._high, self._values = 0.0, 99.0, (0.0, 99.0)
-        self._label = QtWidgets.QLabel()
-        row_layout(self).addWidget(self._label)
-
-    def setValues(self, low: float, high: float) -> None:
-        values = (max(self._low, min(low, high)), min(self._high, max(low, high)))
-        changed, self._values = values != self._values, values
-        self._label.setText(f"{values[0]:g} to {values[1]:g}")
-        if changed:
-            self.valuesChanged.emit(*values)
-
-    def setRange(self, low: float, high: float) -> None:
-        self._low, self._high = float(low), float(high)
-        self.setValues(*self._values)
-
-    minimum = Property(float, lambda self: self._low, lambda self, v: self.setRange(v, self._high))
-    maximum = Property(float, lambda self: self._high, lambda self, v: self.setRange(self._low, v))
-    minimumValue = Property(float, lambda self: self._values[0], lambda self, v: self.setValues(v, self._values[1]))
-    maximumValue = Property(float, lambda self: self._values[1], lambda self, v: self.setValues(self._values[0], v))
-    singleStep = held(float, "singleStep", 1.0)
-    decimals = held(int, "decimals", 2)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from typing import Any
 
-import slicer
 import vtk
 
 from .scripted_reader import ReaderParent, extension_confidence
@@ -132,28 +131,9 @@ class IOManager:
     def extractKnownExtension(self, path: str, node: Any) -> str:
         return _storage(node).GetSupportedFileExtension(str(path), True, True)
 
-    def exportNodes(
-        self, ids: list[str], paths: list[str], properties: Any, harden: bool, messages: Any = None
-    ) -> bool:
-        return all([self._export(slicer.mrmlScene.GetNodeByID(i), p, harden) for i, p in zip(ids, paths, strict=True)])
 
-    def _export(self, node: Any, path: str, harden: bool) -> bool:
-        scene = self._core.scene
-        copy, storage = scene.AddNewNodeByClass(node.GetClassName()), _storage(node, new=True)
-        copy.CopyContent(node, True)
-        if harden and node.GetParentTransformNode() is not None:
-            copy.SetAndObserveTransformNodeID(node.GetTransformNodeID())
-            copy.HardenTransform()
-        scene.AddNode(storage)
-        storage.SetFileName(os.path.abspath(path))
-        written = bool(storage.WriteData(copy))
-        scene.RemoveNode(storage)
-        scene.RemoveNode(copy)
-        return written
-
-
-def _storage(node: Any, new: bool = False) -> Any:
-    storage = None if new else node.GetStorageNode()
+def _storage(node: Any) -> Any:
+    storage = node.GetStorageNode()
     if storage is None:
         storage = node.CreateDefaultStorageNode()
         storage.UnRegister(None)

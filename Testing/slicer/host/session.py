@@ -11,7 +11,7 @@ from typing import Any
 
 import slicer
 
-from . import application, event_loop, mrml_markups_widgets, mrml_segment_selector  # noqa: F401  (register stand-ins)
+from . import application, event_loop, mrml_place_widget, mrml_segment_selector  # noqa: F401  (register stand-ins)
 from .latency import latency_meter
 from .modules import qSlicerScriptedLoadableModule, qSlicerScriptedLoadableModuleWidget
 from .record import Record, record

@@ -24,14 +24,11 @@ def connection(widget: Any, parameter: Parameter) -> Connection:
         return _number(widget, parameter)
     if "QLineEdit" in names:
         return widget.textChanged, lambda: widget.text, lambda v: None if widget.text == v else widget.setText(v)
-    if "ctkPathLineEdit" in names:
-        write = lambda value: widget.setCurrentPath(str(value))  # noqa: E731
-        return widget.currentPathChanged, lambda: parameter.base(widget.currentPath), write
     raise RuntimeError(f"no connection between parameter {parameter.name} and {type(widget).__name__}")
 
 
 def _node(widget: Any, parameter: Parameter, names: set[str]) -> Connection:
-    signal = widget.markupsNodeChanged if "qSlicerSimpleMarkupsWidget" in names else widget.currentNodeChanged
+    signal = widget.currentNodeChanged
     if "qMRMLNodeComboBox" in names:
         widget.nodeTypes = [parameter.base.__name__]
     return signal, widget.currentNode, widget.setCurrentNode
