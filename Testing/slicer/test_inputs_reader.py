@@ -48,8 +48,13 @@ def test_everything_else_is_left_alone(reader, sample_case, tmp_path):
     (tmp_path / "bytes.ply").write_bytes(b"ply\n" + bytes(range(128, 256)) * 100)
     late = b"ply\nformat ascii 1.0\n" + b"comment x\n" * HEADER_BYTES + b"element vertex 1\nproperty float opacity\n"
     (tmp_path / "late.ply").write_bytes(late)
+    strokes = ["ply", "format ascii 1.0", "element vertex 1", "property float x", "element stroke 1"]
+    strokes += [f"property float {name}" for name in ("x", "y", "z", "opacity")]
+    (tmp_path / "strokes.ply").write_text("\n".join([*strokes, "end_header", "0", "0 0 0 0", ""]))
     paths = [write_mesh(tmp_path / "mesh.ply"), write_points(tmp_path / "points.ply", np.zeros((2, 3)))]
-    paths += [tmp_path / name for name in ("empty.ply", "folder.ply", "bytes.ply", "late.ply", "missing.ply")]
+    paths += [
+        tmp_path / name for name in ("empty.ply", "folder.ply", "bytes.ply", "late.ply", "strokes.ply", "missing.ply")
+    ]
     for path in (*paths, sample_case.labels):
         assert reader.canLoadFileConfidence(str(path)) == 0
         assert not reader.canLoadFile(str(path))
