@@ -59,6 +59,7 @@ def test_surface_carries_arrays_colours_and_a_legend_in_mm(case):
     display = surface.GetDisplayNode()
     assert display.GetActiveScalarName() == "distance_mm"
     assert display.GetScalarRange() == (0.0, 4.0)
+    assert case.node("surface_coarse").GetDisplayNode().GetScalarRange() == (0.0, 4.0)  # its distances reach 15 mm
     assert "(mm)" in legend_of(surface).GetTitleText()
     assert display.GetColorNode().GetNumberOfColors() == 256
 

@@ -60,8 +60,8 @@ def test_colours_and_legends_come_back(loaded):
     assert display.GetColorNode() is loaded.node("colours")
     assert display.GetScalarRange() == (0.0, 4.0)
     colour = [0.0] * 4
-    display.GetColorNode().GetColor(255, colour)
-    assert np.allclose(colour[:3], np.array([253, 231, 37]) / 255, atol=0.01)
+    display.GetColorNode().GetColor(0, colour)
+    assert np.allclose(colour[:3], np.array([68, 1, 84]) / 255, atol=0.01)
     assert legend_of(loaded.node("surface_elastic")).GetVisibility()
 
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import slicer
 import vtk
-from outcome_example import organ, outcome, segmentation_node, splat_node, true_world_points, world_points
+from outcome_example import grids, organ, outcome, segmentation_node, splat_node, true_world_points, world_points
 from vtk.util.numpy_support import vtk_to_numpy
 
 from organphys.ground.checks import InputError
 from OrganPhysRegistrationLib.outputs.apply_transform import apply_to, take_out
 from OrganPhysRegistrationLib.outputs.case_exports import export_transform
-from OrganPhysRegistrationLib.outputs.case_nodes import write_outcome
+from OrganPhysRegistrationLib.outputs.case_nodes import write_grids, write_outcome
 from OrganPhysRegistrationLib.outputs.geometry import point_cloud, points_of
 
 EXACT_MM = 0.1
@@ -41,6 +41,9 @@ def test_ct_to_scene_is_the_organs_mapping(case, inside):
     similarity_only = write_outcome(outcome(sampled=False), **_inputs_of(case)).node("ct_to_scene")
     assert np.linalg.norm(world_points(similarity_only, inside) - true_world_points(case, inside), axis=1).max() > 3
     assert "not sampled" in similarity_only.GetAttribute("OrganPhys.Transform")
+    write_grids(case, grids())
+    assert np.linalg.norm(world_points(similarity_only, inside) - true_world_points(case, inside), axis=1).max() < 0.1
+    assert similarity_only.GetAttribute("OrganPhys.Transform") == "elastic"
 
 
 def test_scene_to_ct_is_its_inverse(case, inside):

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import slicer
 
+from organphys.ground.checks import InputError
+
 from ..inputs.splat_scale import mm_per_unit_of, set_scale
 from .case_record import CaseNodes
 from .charts import write_charts
@@ -22,7 +24,7 @@ from .tables import write_metrics
 from .transform_nodes import write_transforms
 from .volume_node import write_volume
 
-__all__ = ["CaseNodes", "case_of", "write_outcome"]
+__all__ = ["CaseNodes", "batch", "case_of", "new_case_id", "write_grids", "write_outcome"]
 
 
 def write_outcome(
@@ -44,6 +46,15 @@ def write_outcome(
             before.restore(drop_new_nodes=True)
             raise
     return case
+
+
+def write_grids(case: CaseNodes, grids: Any) -> None:
+    """Make the transforms of an elastic case elastic, once its ``DisplacementGrids`` are sampled; the rest stays."""
+    if case.stage != "elastic":
+        raise InputError(f"grids: they belong to an elastic result, and the {case.stage} stage is the last one done")
+    with batch(case.scene):
+        write_transforms(case, grids)
+        write_metrics(case, grids)
 
 
 def case_of(segmentation: Any, segment_id: str, splat: Any) -> CaseNodes | None:
@@ -90,8 +101,8 @@ def _write(case: CaseNodes, outcome: Any, segmentation: Any, segment_id: str, sp
     )
     write_surfaces(case, outcome, matrix, frame)
     write_volume(case, outcome, matrix, frame)
-    write_transforms(case, outcome, matrix, frame)
-    write_metrics(case, outcome)
+    write_transforms(case, outcome.grids)
+    write_metrics(case, outcome.grids)
     write_charts(case, outcome)
     show_stage(case, outcome.stage)
     set_overlay(case, overlay_in(case))

@@ -57,8 +57,18 @@ def cells(rows: Any) -> vtk.vtkCellArray:
     return out
 
 
-def triangle_mesh(points: Any, triangles: vtk.vtkCellArray) -> vtk.vtkPolyData:
-    """Surface with smooth normals; points (N, 3)."""
+def triangle_mesh(points: Any, triangles: vtk.vtkCellArray, normals: Any) -> vtk.vtkPolyData:
+    """Surface with smooth shading; points and normals (N, 3)."""
+    mesh, shading = vtk.vtkPolyData(), numpy_to_vtk(np.ascontiguousarray(normals, dtype=np.float32), deep=True)
+    shading.SetName("Normals")
+    mesh.SetPoints(vtk_points(points))
+    mesh.SetPolys(triangles)
+    mesh.GetPointData().SetNormals(shading)
+    return mesh
+
+
+def smooth_normals(points: Any, triangles: vtk.vtkCellArray) -> Array:
+    """Unit normals (N, 3) of a surface's vertices."""
     mesh = vtk.vtkPolyData()
     mesh.SetPoints(vtk_points(points))
     mesh.SetPolys(triangles)
@@ -67,7 +77,13 @@ def triangle_mesh(points: Any, triangles: vtk.vtkCellArray) -> vtk.vtkPolyData:
     normals.ConsistencyOff()
     normals.SetInputData(mesh)
     normals.Update()
-    return normals.GetOutput()
+    return vtk_to_numpy(normals.GetOutput().GetPointData().GetNormals())
+
+
+def turned(similarity: Any, directions: Any) -> Array:
+    """Unit directions (N, 3) through the rotation of a similarity (4, 4)."""
+    rotation = np.asarray(similarity)[:3, :3] / scale_of(similarity)
+    return np.asarray(directions) @ rotation.T.astype(np.float32)
 
 
 def point_cloud(points: Any) -> vtk.vtkPolyData:

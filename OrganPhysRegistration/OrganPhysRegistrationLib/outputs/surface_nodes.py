@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 import slicer
 
-from .case_record import STAGES, SURFACES, CaseNodes
-from .geometry import Array, cells, mapped, set_point_array, triangle_mesh, vtk_points
+from .case_record import STAGES, CaseNodes
+from .geometry import Array, cells, mapped, set_point_array, smooth_normals, triangle_mesh, turned
 from .node_factory import ensure, remove_role
 
 DISTANCE, DISPLACEMENT, DET_F = "distance_mm", "displacement_mm", "det_F"
-LEGEND = "Distance to the splat (mm)"
-STEPS_MM = (0.5, 1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100, 150, 200)
+LEGEND = "Distance to the splat (mm)\ngrey: farther or unseen"
+STEPS_MM = (1.0, 2.0, 4.0, 6.0, 8.0, 10.0)  # beyond 10 mm a vertex has no counterpart in the splat
+FEW = 20_000
+FAR = (0.62, 0.62, 0.62)
 # viridis (matplotlib, CC0) at nine places: even steps of lightness, safe for colour-blind eyes
 COLOURS = np.array(
     [[68, 1, 84], [71, 44, 122], [59, 81, 139], [44, 113, 142], [33, 144, 141], [39, 173, 129], [92, 200, 99],
@@ -25,22 +27,28 @@ COLOURS = np.array(
 def write_surfaces(case: CaseNodes, outcome: Any, T_overlay_scene: Array, frame: Any) -> None:
     """Fill the surface models of all stages that are done, in the overlay frame's mm; remove those of others."""
     triangles, colours = cells(outcome.faces), _colour_table(case)
-    limit = colour_limit_mm(outcome)
+    limit, normals_ct = colour_limit_mm(outcome), smooth_normals(outcome.vertices_ct, triangles)
     for stage in STAGES:
         if stage not in outcome.surfaces:
             remove_role(case, f"surface_{stage}")
             continue
         fresh = case.get(f"surface_{stage}") is None
         node = ensure(case, f"surface_{stage}")
-        mesh = triangle_mesh(mapped(T_overlay_scene, outcome.surfaces[stage]), triangles)
+        vertices = mapped(T_overlay_scene, outcome.surfaces[stage])
+        if stage == "elastic":
+            normals = smooth_normals(vertices, triangles)
+        else:  # turned as a whole: much quicker than new ones
+            normals = turned(T_overlay_scene @ np.asarray(outcome.similarities[stage]), normals_ct)
+        mesh = triangle_mesh(vertices, triangles, normals)
         for name, values in _arrays(outcome, stage).items():
             set_point_array(mesh, name, values)
         mesh.GetPointData().SetActiveScalars(DISTANCE)
         node.SetAndObserveMesh(mesh)
         node.SetAndObserveTransformNodeID(frame.GetID())
-        node.GetDisplayNode().SetScalarRange(0.0, limit)
         if fresh:
             _style(node.GetDisplayNode(), colours)
+        node.GetDisplayNode().SetScalarRangeFlag(slicer.vtkMRMLDisplayNode.UseManualScalarRange)
+        node.GetDisplayNode().SetScalarRange(0.0, limit)
 
 
 def colour_limit_mm(outcome: Any) -> float:
@@ -50,21 +58,8 @@ def colour_limit_mm(outcome: Any) -> float:
     """
     distance = np.asarray(outcome.distance_mm[outcome.stage], dtype=np.float64)
     facing = _facing(outcome.surfaces[outcome.stage], outcome.faces, outcome.camera_position) & np.isfinite(distance)
-    chosen = distance[facing] if facing.any() else distance[np.isfinite(distance)]
-    return next((step for step in STEPS_MM if step >= np.percentile(chosen, 95)), STEPS_MM[-1]) if len(chosen) else 1.0
-
-
-def move_surfaces(case: CaseNodes, matrix: Array) -> None:
-    """Map the vertices of all surfaces of the case by a (4, 4), for instance to a new scale of the scene."""
-    from .geometry import points_of
-
-    for role in SURFACES:
-        node = case.get(role)
-        if node is not None:
-            mesh = node.GetPolyData().NewInstance()
-            mesh.ShallowCopy(node.GetPolyData())
-            mesh.SetPoints(vtk_points(mapped(matrix, points_of(mesh))))
-            node.SetAndObserveMesh(mesh)
+    reached = np.percentile(distance[facing], 95) if facing.any() else STEPS_MM[-1]
+    return next((step for step in STEPS_MM if step >= reached), STEPS_MM[-1])
 
 
 def legend_of(node: Any) -> Any:
@@ -80,7 +75,8 @@ def _arrays(outcome: Any, stage: str) -> Mapping[str, Any]:
 
 
 def _facing(vertices: Array, faces: Any, camera: Any) -> Any:
-    """Whether each vertex (Nv,) belongs to a triangle that turns its outside to the camera (3,)."""
+    """Vertices (Nv,) bool of triangles that turn their outside to the camera (3,), of a sample of all triangles."""
+    faces = faces[:: max(1, len(faces) // FEW)]  # a sample tells enough
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     towards = np.einsum("ij,ij->i", np.cross(b - a, c - a), np.asarray(camera) - a) > 0
     facing = np.zeros(len(vertices), dtype=bool)
@@ -90,7 +86,6 @@ def _facing(vertices: Array, faces: Any, camera: Any) -> Any:
 
 def _style(display: Any, colours: Any) -> None:
     display.SetActiveScalarName(DISTANCE)
-    display.SetScalarRangeFlag(slicer.vtkMRMLDisplayNode.UseManualScalarRange)
     display.SetAndObserveColorNodeID(colours.GetID())
     display.SetScalarVisibility(True)
     display.SetVisibility2D(True)
@@ -99,6 +94,8 @@ def _style(display: Any, colours: Any) -> None:
     display.SetVisibility(False)
     legend = slicer.modules.colors.logic().AddDefaultColorLegendDisplayNode(display)
     legend.SetTitleText(LEGEND)
+    legend.GetTitleTextProperty().SetFontSize(9)
+    legend.GetLabelTextProperty().SetFontSize(10)
     legend.SetLabelFormat("%.3g")
     legend.SetMaxNumberOfColors(256)
     legend.SetNumberOfLabels(5)
@@ -117,4 +114,5 @@ def _colour_table(case: CaseNodes) -> Any:
     ramp = np.stack([np.interp(place, np.arange(len(COLOURS)), COLOURS[:, k] / 255) for k in range(3)], axis=1)
     for index, colour in enumerate(ramp):
         node.SetColor(index, f"{index}", *map(float, colour), 1.0)
+    node.SetColor(255, "farther", *FAR, 1.0)
     return node

@@ -17,18 +17,19 @@ COLUMNS = ("stage", "metric", "value", "unit")
 WORDS = {"ct": "CT", "det": "det", "F": "F"}
 
 
-def write_metrics(case: CaseNodes, outcome: Any) -> None:
+def write_metrics(case: CaseNodes, grids: Any) -> None:
     """Fill the metrics table: one row per figure, then the times, then every warning in words."""
+    record = case.record
     rows = [
         (stage, _words(name), _number(entry["value"]), str(entry["unit"]))
         for stage in STAGES
-        for name, entry in outcome.metrics.get(stage, {}).items()
+        for name, entry in record["metrics"].get(stage, {}).items()
     ]
-    rows.append((outcome.stage, "scale of the splat", _number(outcome.mm_per_unit), "mm per scene unit"))
-    if outcome.grids is not None:
-        rows += [("transform", name, _number(value), unit) for name, value, unit in grid_rows(outcome.grids)]
-    rows += [(stage, "time", _number(seconds), "s") for stage, seconds in outcome.seconds.items()]
-    rows += [("warning", code.replace("_", " "), message, "") for code, message in outcome.notices]
+    rows.append((record["stage"], "scale of the splat", _number(record["mm_per_unit"]), "mm per scene unit"))
+    if grids is not None:
+        rows += [("transform", name, _number(value), unit) for name, value, unit in grid_rows(grids)]
+    rows += [(part, "time", _number(seconds), "s") for part, seconds in record["seconds"].items()]
+    rows += [("warning", code.replace("_", " "), message, "") for code, message in record["notices"]]
     fill_table(ensure(case, "metrics"), dict(zip(COLUMNS, zip(*rows, strict=True), strict=True)))
 
 

@@ -22,25 +22,23 @@ ELASTIC, SIMILARITY, PENDING = "elastic", "similarity", "similarity only: the el
 MB = 1e6
 
 
-def write_transforms(case: CaseNodes, outcome: Any, T_overlay_scene: Array, frame: Any) -> None:
-    """Fill the three transform nodes from the last stage that is done; linear ones unless it holds elastic grids."""
-    T_scene_ct = np.asarray(outcome.similarities[outcome.stage], dtype=np.float64)
-    T_overlay_ct = T_overlay_scene @ T_scene_ct
-    forward, inverse = ensure(case, "ct_to_scene"), ensure(case, "scene_to_ct")
-    forward.SetAndObserveTransformNodeID(frame.GetID())
-    splat_to_ct = ensure(case, "splat_to_ct_mm")
+def write_transforms(case: CaseNodes, grids: Any) -> None:
+    """Fill the three transform nodes for the last stage that is done; linear ones unless there are elastic grids."""
+    record = case.record
+    T_scene_ct = np.array(record["similarities"][record["stage"]])
+    T_overlay_ct = np.array(record["T_overlay_scene"]) @ T_scene_ct
+    forward, inverse, splat_to_ct = (ensure(case, role) for role in ("ct_to_scene", "scene_to_ct", "splat_to_ct_mm"))
+    forward.SetAndObserveTransformNodeID(case.node("overlay_frame").GetID())
     splat_to_ct.SetMatrixTransformToParent(matrix_of(np.linalg.inv(T_scene_ct)))
-    if outcome.grids is not None:
-        set_composite(forward, outcome.grids.forward, T_overlay_ct, grid_first=True)
-        set_composite(inverse, outcome.grids.inverse, np.linalg.inv(T_overlay_ct), grid_first=False)
-        kind = ELASTIC
+    if grids is not None:
+        set_composite(forward, grids.forward, T_overlay_ct, grid_first=True)
+        set_composite(inverse, grids.inverse, np.linalg.inv(T_overlay_ct), grid_first=False)
     else:
         set_linear(forward, T_overlay_ct)
         set_linear(inverse, np.linalg.inv(T_overlay_ct))
-        kind = PENDING if outcome.stage == "elastic" else SIMILARITY
-    grids = {} if outcome.grids is None else {"forward": outcome.grids.forward, "inverse": outcome.grids.inverse}
-    for node, grid in ((forward, grids.get("forward")), (inverse, grids.get("inverse"))):
-        _state(node, kind, scale_of(T_overlay_ct), grid)
+    kind = ELASTIC if grids is not None else PENDING if record["stage"] == "elastic" else SIMILARITY
+    _state(forward, kind, scale_of(T_overlay_ct), None if grids is None else grids.forward)
+    _state(inverse, kind, scale_of(T_overlay_ct), None if grids is None else grids.inverse)
 
 
 def set_linear(node: Any, matrix: Array) -> None:
