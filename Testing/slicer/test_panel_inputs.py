@@ -11,7 +11,14 @@ import slicer
 
 from OrganPhysRegistrationLib.choices import CameraChoice, Stiffness, UnitChoice
 from OrganPhysRegistrationLib.inputs.matrices import array_of
+from OrganPhysRegistrationLib.logic import OrganPhysRegistrationLogic
 from OrganPhysRegistrationLib.panel.view_layout import LAYOUT_ID
+
+
+@pytest.fixture(autouse=True)
+def no_child_process(monkeypatch):
+    """The registration process is not started ahead of a run: nothing runs here."""
+    monkeypatch.setattr(OrganPhysRegistrationLogic, "warmUp", lambda self: None)
 
 
 @pytest.fixture
@@ -209,3 +216,22 @@ def test_nothing_is_observed_after_the_panel_is_closed(host, module, loaded):
     assert [section for section in [panel, *panel.sections] if section.Observations] == []
     loaded["landmarks"].SetNthControlPointPositionWorld(0, 0, 0, 0)
     loaded["splat"].SetName("still there")
+
+
+def test_weights_of_the_landmarks_are_shown_and_follow_the_radius(host, module, parameters, loaded, scene_contents):
+    def weights():
+        model = slicer.util.getNode("Landmark weights")
+        return slicer.util.arrayFromModelPointData(model, "Landmark weight").copy()
+
+    before = scene_contents()
+    module.ui.showWeightsButton.click()
+    parameters.landmarkRadiusMm = 20
+    host.process()
+    near = weights()
+    parameters.landmarkRadiusMm = 80
+    host.process()
+    assert near.max() > 0.9
+    assert weights().mean() > 2 * near.mean()
+    module.ui.showWeightsButton.click()
+    host.process()
+    assert scene_contents() == before

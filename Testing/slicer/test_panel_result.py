@@ -10,6 +10,7 @@ from outcome_example import organ, outcome, segmentation_node, splat_node
 
 from OrganPhysRegistrationLib.choices import OverlayIn, Stage
 from OrganPhysRegistrationLib.inputs.matrices import array_of
+from OrganPhysRegistrationLib.logic import OrganPhysRegistrationLogic
 from OrganPhysRegistrationLib.outputs.case_nodes import write_outcome
 from OrganPhysRegistrationLib.outputs.overlay_frame import overlay_in
 from OrganPhysRegistrationLib.outputs.stage_switch import shown_stage
@@ -22,6 +23,12 @@ METRICS = {
         "min_det_F": {"value": 0.71, "unit": "1"},
     },
 }
+
+
+@pytest.fixture(autouse=True)
+def no_child_process(monkeypatch):
+    """The registration process is not started ahead of a run: nothing runs here."""
+    monkeypatch.setattr(OrganPhysRegistrationLogic, "warmUp", lambda self: None)
 
 
 @pytest.fixture

@@ -55,8 +55,10 @@ class InputsSection(Section):
     @guarded
     def load_sample_case(self) -> None:
         """Load the generated case and choose its nodes."""
+        self.panel.tell(_("Loading the sample case. The first time it is made, which takes some seconds."))
         with slicer.util.WaitCursor():
             self.panel.choose(self.panel.logic.loadSampleCase())
+        self.panel.tell("")
 
     def _segmentation_chosen(self, node: Any) -> None:
         if not self._showing and self.panel.parameters is not None:

@@ -8,7 +8,13 @@ import qt
 import slicer
 from slicer.i18n import tr as _
 
-from ..inputs.landmark_input import landmark_messages, organ_surface, show_weights, snap_to_surface
+from ..inputs.landmark_input import (
+    landmark_messages,
+    landmark_points,
+    organ_surface,
+    show_weights,
+    snap_to_surface,
+)
 from .message_box import show_message
 from .section import Section, guarded
 
@@ -33,6 +39,7 @@ class LandmarksSection(Section):
         self._snapping: Any = None
         self._surface: Any = None
         self._weights: Any = None
+        self._weighted: tuple[Any, ...] = ()
         self._filling = False
 
     def bind(self) -> None:
@@ -139,8 +146,11 @@ class LandmarksSection(Section):
 
     def _show_weights(self) -> None:
         parameters = self.panel.parameters
-        radius = parameters.landmarkRadiusMm or None
-        self._weights = show_weights(parameters.segmentation, parameters.segmentID, self._node, radius)
+        positions = landmark_points(self._node)[0].tobytes()
+        wanted = (parameters.segmentation, parameters.segmentID, positions, parameters.landmarkRadiusMm)
+        if self._weights is None or wanted != self._weighted:
+            self._weighted = wanted
+            self._weights = show_weights(*wanted[:2], self._node, parameters.landmarkRadiusMm or None)
 
     def _hide_weights(self) -> None:
         if self._weights is not None:

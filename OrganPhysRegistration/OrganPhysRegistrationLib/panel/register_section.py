@@ -65,6 +65,7 @@ class RegisterSection(Section):
     def start(self, stages: Sequence[str], start: Any = None) -> None:
         """Start a run. ``start`` (4, 4): T_scene_ct set by hand, the first of ``stages`` begins there."""
         self.panel.tell("")
+        self.ui.showWeightsButton.checked = False  # they would hide the overlay
         started = self.panel.logic.startRun(
             self.panel.parameters,
             stages,
@@ -132,6 +133,8 @@ def _stage_name(stage: str) -> str:
     names = {
         "prepare": _("Reading the inputs"),
         "load": _("Preparing organ and splat"),
+        "read": _("Preparing organ and splat"),
+        "clean splat": _("Removing floaters"),
         "coarse": _("Coarse"),
         "basis": _("Elastic basis"),
         "rigid": _("Rigid"),
