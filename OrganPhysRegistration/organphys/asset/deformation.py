@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,11 +11,12 @@ import numpy as np
 from ..basis.reduced_basis import ReducedBasis
 from ..ground.checks import Array
 from ..ground.frames import Normalisation
+from .in_chunks import in_chunks
 from .outside_field import OutsideField, build_outside_field
 from .surface_distance import SurfaceDistance
 
 FEW = 20_000  # up to so many points a test for lying inside is quicker than baking the outside field
-CHUNK = 8192  # points at once: some 100 MB with gradients at 20 handles
+CHUNK = 4096  # points at once: some 50 MB with gradients at 20 handles
 
 
 @dataclass(frozen=True)
@@ -34,28 +36,46 @@ class Deformation:
     def inside(self, points: Array) -> tuple[Array, Array]:
         """Displacement (N, 3) in mm of the reduced basis itself and its gradient (N, 3, 3), [a, m] = d u_a / d x_m."""
         u, gradient = np.empty((len(points), 3)), np.empty((len(points), 3, 3))
-        for part in _chunks(len(points)):
+
+        def evaluate(part: slice) -> None:
             phi, slopes = self.basis.phi_and_gradient(self.normalisation.apply(points[part]))
             u[part] = self.normalisation.length * (phi @ self.z)
             gradient[part] = (slopes @ self.z).transpose(1, 2, 0)  # mm per mm: the lengths cancel
+
+        in_chunks(len(points), CHUNK, evaluate)
         return u, gradient
+
+    def inside_displacement(self, points: Array) -> Array:
+        """Displacement (N, 3) in mm of the reduced basis itself, also where the points (N, 3) lie outside."""
+        return self._gathered(self._own, points)
 
     def displacement(self, points: Array) -> Array:
         """Displacement (N, 3), mm."""
-        move = self._own if self._all_inside(points) else self._displacement
-        u = np.empty((len(points), 3))
-        for part in _chunks(len(points)):
-            u[part] = move(points[part])
-        return u
+        if self._all_inside(points):
+            return self.inside_displacement(points)
+        field = self.outside  # baked before the threads ask for it
+        return self._gathered(lambda part: self._displacement(part, field), points)
 
     def displacement_and_gradient(self, points: Array) -> tuple[Array, Array]:
         """Displacement (N, 3), mm, and its exact gradient (N, 3, 3)."""
         if self._all_inside(points):
             return self.inside(points)
-        u, gradient = np.empty((len(points), 3)), np.empty((len(points), 3, 3))
-        for part in _chunks(len(points)):
-            u[part], gradient[part] = self._with_gradient(points[part])
+        u, gradient, field = np.empty((len(points), 3)), np.empty((len(points), 3, 3)), self.outside
+
+        def evaluate(part: slice) -> None:
+            u[part], gradient[part] = self._with_gradient(points[part], field)
+
+        in_chunks(len(points), CHUNK, evaluate)
         return u, gradient
+
+    def _gathered(self, move: Callable[[Array], Array], points: Array) -> Array:
+        u = np.empty((len(points), 3))
+
+        def evaluate(part: slice) -> None:
+            u[part] = move(points[part])
+
+        in_chunks(len(points), CHUNK, evaluate)
+        return u
 
     def _all_inside(self, points: Array) -> bool:
         """Whether the field beside the organ can be left unbaked: it is not there yet, and few points need no bake."""
@@ -63,8 +83,8 @@ class Deformation:
             return False
         return not (self.surface.signed(points) > 0).any()
 
-    def _displacement(self, points: Array) -> Array:
-        u, field = np.zeros((len(points), 3)), self.outside
+    def _displacement(self, points: Array, field: OutsideField) -> Array:
+        u = np.zeros((len(points), 3))
         own, beside = field.split(points)
         u[own] = self._own(points[own])
         values = field.spline.values(points[beside])
@@ -76,8 +96,8 @@ class Deformation:
         u[beside] = f[:, None] * moved
         return u
 
-    def _with_gradient(self, points: Array) -> tuple[Array, Array]:
-        u, gradient, field = np.zeros((len(points), 3)), np.zeros((len(points), 3, 3)), self.outside
+    def _with_gradient(self, points: Array, field: OutsideField) -> tuple[Array, Array]:
+        u, gradient = np.zeros((len(points), 3)), np.zeros((len(points), 3, 3))
         own, beside = field.split(points)
         u[own], gradient[own] = self.inside(points[own])
         values, slopes = field.spline.values_and_gradients(points[beside])
@@ -98,10 +118,6 @@ class Deformation:
             return np.zeros((0, 3))
         phi = self.basis.phi(self.normalisation.apply(points))
         return self.normalisation.length * (phi @ self.z)
-
-
-def _chunks(count: int) -> list[slice]:
-    return [slice(start, start + CHUNK) for start in range(0, count, CHUNK)]
 
 
 def _outer(a: Array, b: Array) -> Array:

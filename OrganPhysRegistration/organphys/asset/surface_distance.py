@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..ground.checks import Array
+from ..points.neighbours import nearest_neighbours
 from ..points.sampling import one_per_cell
+from .in_chunks import in_chunks
 
-CHUNK = 16384
+CHUNK = 8192
 
 
 def vertex_normals(vertices: Array, faces: NDArray[np.int64]) -> Array:
@@ -71,11 +73,14 @@ class SurfaceDistance:
 
     def signed_with_foot(self, points: Array) -> tuple[Array, Array]:
         """Signed distance (N,) and the closest surface point (N, 3)."""
-        nearest = self._tree.query(points)[1]
+        nearest = nearest_neighbours(self._tree, points)[1]
+        around, normals = self._faces_of_vertex, self.normals
         distance, foot = np.empty(len(points)), np.empty((len(points), 3))
-        for start in range(0, len(points), CHUNK):
-            part = slice(start, start + CHUNK)
-            distance[part], foot[part] = self._one_ring(points[part], nearest[part])
+
+        def evaluate(part: slice) -> None:
+            distance[part], foot[part] = self._one_ring(points[part], self.faces[around[nearest[part]]], normals)
+
+        in_chunks(len(points), CHUNK, evaluate)
         return distance, foot
 
     def outside(self, points: Array) -> Array:
@@ -102,8 +107,8 @@ class SurfaceDistance:
             points.append(np.einsum("kj,njd->nkd", weights, corners[parts == count]).reshape(-1, 3))
         return np.concatenate(points)
 
-    def _one_ring(self, points: Array, nearest: NDArray[np.int64]) -> tuple[Array, Array]:
-        triangles = self.faces[self._faces_of_vertex[nearest]]
+    def _one_ring(self, points: Array, triangles: NDArray[np.int64], normals: Array) -> tuple[Array, Array]:
+        """Signed distance (n,) and foot (n, 3) of points (n, 3) on their own triangles (n, 8, 3)."""
         corners = self.vertices[triangles]
         weights = closest_on_triangles(points[:, None], corners[:, :, 0], corners[:, :, 1], corners[:, :, 2])
         gaps = points[:, None] - np.einsum("nkj,nkjd->nkd", weights, corners)
@@ -111,7 +116,7 @@ class SurfaceDistance:
         gap = np.take_along_axis(gaps, best, axis=1)[:, 0]
         weight = np.take_along_axis(weights, best, axis=1)[:, 0]
         corner = np.take_along_axis(triangles, best, axis=1)[:, 0]
-        normal = np.einsum("nj,njd->nd", weight, self.normals[corner])
+        normal = np.einsum("nj,njd->nd", weight, normals[corner])
         return np.where(_dot(gap, normal) < 0, -1.0, 1.0) * np.linalg.norm(gap, axis=1), points - gap
 
     @cached_property

@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from .checks import Array, as_positive
+from .checks import Array, InputError, as_positive
 
 MM_PER_UNIT = {"m": 1000.0, "cm": 10.0, "mm": 1.0}
 
@@ -63,6 +64,21 @@ class Similarity:
     @classmethod
     def identity(cls) -> Similarity:
         return cls(1.0, np.eye(3), np.zeros(3))
+
+    @classmethod
+    def of_matrix(cls, matrix: ArrayLike) -> Similarity:
+        """From a homogeneous (4, 4) matrix, rounding in its rotation removed; InputError if it is no similarity."""
+        m = np.asarray(matrix, dtype=np.float64)
+        if m.shape != (4, 4) or not np.isfinite(m).all():
+            raise InputError(f"pose: expected a finite matrix (4, 4), got shape {m.shape}")
+        determinant = float(np.linalg.det(m[:3, :3]))
+        scale = np.cbrt(max(determinant, 0.0))
+        u, stretch, vt = np.linalg.svd(m[:3, :3])
+        if not scale > 0 or np.abs(stretch / scale - 1).max() > 1e-3 or not np.allclose(m[3], [0, 0, 0, 1]):
+            raise InputError(
+                "pose: expected rotation, shift and one scale for all axes; reset the transform and redo it"
+            )
+        return cls(float(scale), u @ vt, m[:3, 3])
 
     @property
     def matrix(self) -> Array:

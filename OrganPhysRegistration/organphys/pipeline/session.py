@@ -13,7 +13,7 @@ from ..ground.progress import Progress, no_progress
 from ..ground.solve_report import SolveReport, Stop
 from ..points.point_sets import Box, Camera, GaussianCloud, Landmarks, Organ, SceneUnit
 from .case import Case
-from .case_outcome import CaseOutcome, outcome_of
+from .case_outcome import CaseOutcome
 from .case_state import CaseState
 from .default_method import DefaultMethod
 from .landmark_weights import landmark_weights
@@ -21,6 +21,7 @@ from .live_surface import LiveSurface
 from .paper_method import PaperMethod
 from .processor import one_blas_thread
 from .registration import RegisterOptions, Registration
+from .stage_outcome import outcome_of
 from .stages import STAGES, Method, RigidStage
 
 __all__ = ["RegistrationSession", "landmark_weights"]
@@ -55,17 +56,18 @@ class RegistrationSession:
             progress=progress,
         )  # fmt: skip
         self.state = CaseState(case)
+        self._outcome: CaseOutcome | None = None
         self._method = METHODS[case.options.method](case)
 
     def coarse(self, progress: Progress = no_progress) -> CaseOutcome:
         """Global search for the pose."""
         self.advance("coarse", progress)
-        return outcome_of(self.state)
+        return self._told()
 
     def rigid(self, progress: Progress = no_progress, *, start: Similarity | None = None) -> CaseOutcome:
         """Rigid fit of the coarse pose; or of ``start`` = T_scene_ct set by hand, which it stays close to."""
         self.advance("rigid", progress, start=start)
-        return outcome_of(self.state)
+        return self._told()
 
     def elastic(
         self,
@@ -80,7 +82,7 @@ class RegistrationSession:
         second, carried along by the solver's samples (see ``LiveSurface``).
         """
         self.advance("elastic", progress, start=start, on_surface=on_surface)
-        return outcome_of(self.state)
+        return self._told()
 
     @property
     def registration(self) -> Registration:
@@ -109,6 +111,10 @@ class RegistrationSession:
             elastic = self._method.elastic(done["coarse"], rigid, start, progress, show)
             done = {"coarse": done["coarse"], "rigid": rigid, "elastic": elastic}
         self.state = self.state.followed_by(done)
+
+    def _told(self) -> CaseOutcome:
+        self._outcome = outcome_of(self.state, self._outcome)
+        return self._outcome
 
     def _rigid_unasked(self, coarse: Any, start: Similarity | None, progress: Progress) -> RigidStage:
         """The rigid stage where it was left out; a pose set by hand stands for it."""

@@ -1,0 +1,74 @@
+"""Regular grids with an odd number of nodes per axis, so that every second node is a grid too."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..ground.checks import Array
+
+
+@dataclass(frozen=True)
+class GridAxes:
+    """Nodes origin + spacing * index; counts (nx, ny, nz), all odd; origin (3,) and spacing in mm."""
+
+    origin: Array
+    spacing: float
+    counts: tuple[int, int, int]
+
+    @classmethod
+    def round(cls, points: Array, margin: float, spacing: float, *, most: int) -> GridAxes:
+        """Grid over points (N, 3) and ``margin`` round them; coarser where it would have over ``most`` nodes."""
+        low, size = points.min(0) - margin, np.ptp(points, axis=0) + 2 * margin
+        spacing = max(spacing, float((np.prod(size + 2 * spacing) / most) ** (1 / 3)))
+        nx, ny, nz = (int(n) for n in 2 * np.ceil(size / (2 * spacing)).astype(int) + 1)
+        return cls(low, spacing, (nx, ny, nz))
+
+    @property
+    def all(self) -> tuple[Array, Array, Array]:
+        """Coordinates along each axis."""
+        x, y, z = (self.origin[k] + self.spacing * np.arange(self.counts[k]) for k in range(3))
+        return x, y, z
+
+    @property
+    def every_second(self) -> GridAxes:
+        nx, ny, nz = ((n + 1) // 2 for n in self.counts)
+        return GridAxes(self.origin, 2 * self.spacing, (nx, ny, nz))
+
+    def nodes(self, mask: NDArray[np.bool_]) -> Array:
+        """Positions (N, 3) of the nodes set in a mask (nx, ny, nz)."""
+        return self.origin + self.spacing * np.argwhere(mask)
+
+    def is_full(self, most: int) -> bool:
+        """Whether a finer grid would have over ``most`` nodes."""
+        return 1.2 * np.prod(self.counts) > most
+
+
+def doubled(values: Array) -> Array:
+    """Values (m0, m1, m2, C) at every second node filled in to (2 m0 - 1, ...) by cubic interpolation.
+
+    Four-point Lagrange weights (-1, 9, 9, -1) / 16 between the nodes; at the ends the last node counts twice.
+    """
+    for axis in range(3):
+        a = np.moveaxis(values, axis, 0)
+        padded = np.concatenate([a[:1], a, a[-1:]])
+        fine = np.empty((2 * len(a) - 1, *a.shape[1:]))
+        fine[::2] = a
+        fine[1::2] = (9 / 16) * (padded[1:-2] + padded[2:-1]) - (1 / 16) * (padded[:-3] + padded[3:])
+        values = np.moveaxis(fine, 0, axis)
+    return values
+
+
+def trilinear(vectors: NDArray[np.floating], axes: GridAxes, points: Array) -> Array:
+    """Vectors (nz, ny, nx, 3) of the nodes at points (N, 3) within the grid, as image programs interpolate: (N, 3)."""
+    position = np.clip((points - axes.origin) / axes.spacing, 0, np.array(axes.counts) - 1.000001)
+    base = position.astype(np.int64)
+    t = position - base
+    result = np.zeros((len(points), 3))
+    for corner in np.ndindex(2, 2, 2):
+        weight = np.prod(np.where(corner, t, 1 - t), axis=1)
+        i, j, k = (base + corner).T
+        result += weight[:, None] * vectors[k, j, i]
+    return result

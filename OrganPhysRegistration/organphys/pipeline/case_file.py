@@ -1,0 +1,93 @@
+"""The inputs of one case as a file for another process: mask, splat, and what the user stated."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..asset.array_archive import archive_bytes, read_archive
+from ..ground.atomic_file import write_bytes
+from ..ground.checks import InputError
+from ..ground.notices import Notice
+from ..ground.progress import Progress, no_progress
+from ..points.point_sets import Box, Camera, GaussianCloud, Landmarks, SceneUnit
+
+if TYPE_CHECKING:  # whoever writes a case need not load the stages
+    from .registration import RegisterOptions
+    from .session import RegistrationSession
+
+CASE, HEADER = "case.npz", "case.json"
+SPLAT = ("centres", "opacities", "colours", "valid")
+
+
+def save_case(
+    folder: str | os.PathLike[str],
+    *,
+    mask: ArrayLike,
+    ijk_to_ras: ArrayLike,
+    splat: GaussianCloud,
+    name: str = "organ",
+    options: RegisterOptions | None = None,
+    landmarks: Landmarks | None = None,
+    camera: Camera | None = None,
+    box: Box | None = None,
+    unit: SceneUnit | None = None,
+    opening: bool = True,
+    close_holes: bool = False,
+    provenance: Mapping[str, Any] | None = None,
+    file: str = CASE,
+) -> str:
+    """Write ``folder``/``file``, atomically, and return ``file``.
+
+    Arguments as of ``organ_from_mask`` and ``register``; they are judged where the case is loaded.
+    """
+    arrays = {f"splat/{part}": np.asarray(getattr(splat, part)) for part in SPLAT}
+    arrays |= {"mask": np.asarray(mask).astype(bool), "ijk_to_ras": np.asarray(ijk_to_ras, dtype=np.float64)}
+    header = {
+        "organ": {"name": name, "opening": opening, "close_holes": close_holes},
+        "splat_notices": [[notice.code, notice.message] for notice in splat.notices],
+        "options": None if options is None else vars(options),
+        "landmarks": None if landmarks is None else {"positions": landmarks.positions, "names": landmarks.names},
+        "camera": None if camera is None else vars(camera),
+        "box": None if box is None else vars(box),
+        "unit": None if unit is None else vars(unit),
+        "provenance": dict(provenance or {}),
+    }
+    write_bytes(Path(folder) / file, archive_bytes(HEADER, header, arrays))
+    return file
+
+
+def load_case(path: str | os.PathLike[str], *, progress: Progress = no_progress) -> RegistrationSession:
+    """A session over the case of ``save_case``; InputError for a damaged file and for inputs that cannot be used."""
+    from ..readers.organ_from_mask import organ_from_mask
+    from .registration import RegisterOptions
+    from .session import RegistrationSession
+
+    records = {"options": RegisterOptions, "landmarks": _landmarks, "camera": Camera, "box": Box, "unit": SceneUnit}
+    header, arrays = read_archive(path, HEADER)
+    try:
+        notices = tuple(Notice(str(code), str(message)) for code, message in header["splat_notices"])
+        splat = GaussianCloud(**{part: arrays[f"splat/{part}"] for part in SPLAT}, notices=notices)
+        parts = {name: _record(header[name], kind) for name, kind in records.items()}
+        mask, ijk_to_ras, of_organ = arrays["mask"], arrays["ijk_to_ras"], dict(header["organ"])
+        provenance = dict(header["provenance"])
+    except InputError:
+        raise
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: damaged ({error}); write the case again") from error
+    organ = organ_from_mask(mask, ijk_to_ras, progress=progress, **of_organ)
+    return RegistrationSession(organ, splat, provenance=provenance, progress=progress, **parts)
+
+
+def _landmarks(positions: Any, names: Any) -> Landmarks:
+    return Landmarks(np.array(positions, dtype=np.float64).reshape(-1, 3), tuple(map(str, names)))
+
+
+def _record(values: Any, kind: Any) -> Any:
+    """The record of its stored fields; None where there was none."""
+    return None if values is None else kind(**values)

@@ -1,0 +1,104 @@
+"""A case and its outcomes on disk, for another process: one file each, of plain arrays and one JSON text, no pickle.
+
+Each file is written whole or not at all, and nothing in it is believed unchecked (see ``asset/array_archive.py``).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..asset.array_archive import archive_bytes, read_archive
+from ..exports.grid_records import DisplacementGrid, DisplacementGrids
+from ..ground.atomic_file import write_bytes
+from ..ground.checks import InputError
+from .case_file import save_case
+from .case_outcome import CaseOutcome
+
+__all__ = ["load_outcome", "save_case", "save_outcome"]
+
+OUTCOME, HEADER = "outcome.npz", "outcome.json"
+ARRAYS = ("vertices_ct", "faces", "camera_position", "displacement_mm", "det_f", "volume_ct", "volume_scene")
+BY_STAGE = ("similarities", "surfaces", "distance_mm")
+GRIDS = ("forward", "inverse")
+
+
+def save_outcome(outcome: CaseOutcome, folder: str | os.PathLike[str]) -> None:
+    """Write ``folder``/outcome.npz, atomically; the folder is made if it is missing."""
+    values = {field.name: getattr(outcome, field.name) for field in fields(outcome)}
+    arrays = {name: values.pop(name) for name in ARRAYS}
+    arrays = {name: value for name, value in arrays.items() if value is not None}
+    arrays["faces"] = np.asarray(outcome.faces, dtype=np.int32)
+    for name in BY_STAGE:
+        arrays |= {f"{name}/{stage}": value for stage, value in values.pop(name).items()}
+    asset, grids = values.pop("asset"), values.pop("grids")
+    if asset is not None:
+        arrays["asset"] = np.frombuffer(asset, dtype=np.uint8)
+    if grids is not None:
+        values["grids"] = {name: _grid_facts(getattr(grids, name)) for name in GRIDS}
+        arrays |= {f"grids/{name}": np.asarray(getattr(grids, name).vectors, dtype=np.float32) for name in GRIDS}
+    write_bytes(Path(folder) / OUTCOME, archive_bytes(HEADER, values, arrays))
+
+
+def load_outcome(folder: str | os.PathLike[str]) -> CaseOutcome:
+    """The outcome that ``save_outcome`` left; InputError where it is missing or damaged."""
+    path = Path(folder) / OUTCOME
+    header, arrays = read_archive(path, HEADER)
+    try:
+        outcome = _outcome(header, arrays)
+        _check(outcome)
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise InputError(f"{path}: damaged ({error}); run the registration again") from error
+    return outcome
+
+
+def _outcome(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> CaseOutcome:
+    values = dict(header)
+    stages = [stage for stage in ("before", "coarse", "rigid", "elastic") if f"similarities/{stage}" in arrays]
+    values |= {name: {stage: arrays[f"{name}/{stage}"] for stage in stages} for name in BY_STAGE}
+    values |= {name: arrays[name] for name in ARRAYS if name in arrays}
+    values["notices"] = tuple((str(code), str(message)) for code, message in header["notices"])
+    values["steps"] = tuple(header["steps"])
+    if "asset" in arrays:
+        values["asset"] = arrays["asset"].tobytes()
+    if "grids" in header:
+        grids = (_grid(header["grids"][name], arrays[f"grids/{name}"]) for name in GRIDS)
+        values["grids"] = DisplacementGrids(*grids)
+    return CaseOutcome(**values)
+
+
+def _check(outcome: CaseOutcome) -> None:
+    """ValueError where the arrays do not belong together."""
+    count = len(outcome.vertices_ct)
+    if outcome.stage not in outcome.similarities:
+        raise ValueError("its stage is not among the stages")
+    expected = {"vertices_ct": (count, 3), "displacement_mm": (count,), "det_f": (count,), "camera_position": (3,)}
+    found = {name: getattr(outcome, name) for name in expected}
+    for name, shape in (("similarities", (4, 4)), ("surfaces", (count, 3)), ("distance_mm", (count,))):
+        for stage, array in getattr(outcome, name).items():
+            found[f"{name} {stage}"], expected[f"{name} {stage}"] = array, shape
+    for name, array in found.items():
+        if array is not None and array.shape != expected[name]:
+            raise ValueError(f"{name}: shape {array.shape}, expected {expected[name]}")
+    faces = outcome.faces
+    if faces.ndim != 2 or faces.shape[1] != 3 or (faces.size and not 0 <= faces.min() <= faces.max() < count):
+        raise ValueError("faces do not fit the vertices")
+
+
+def _grid_facts(grid: DisplacementGrid) -> dict[str, Any]:
+    names = ("origin", "spacing", "error_mm", "error_outside_mm")
+    return {name: getattr(grid, name) for name in names}
+
+
+def _grid(facts: Mapping[str, Any], vectors: np.ndarray) -> DisplacementGrid:
+    if vectors.ndim != 4 or vectors.shape[3] != 3:
+        raise ValueError(f"grid vectors: shape {vectors.shape}, expected (K, J, I, 3)")
+    vector = {name: np.array(facts[name], dtype=np.float64).reshape(3) for name in ("origin", "spacing")}
+    return DisplacementGrid(
+        vectors=vectors, error_mm=dict(facts["error_mm"]), error_outside_mm=dict(facts["error_outside_mm"]), **vector
+    )
