@@ -18,8 +18,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from organphys.pipeline.evaluation import Truth, mean_by_region, oracle_by_region, read_truth
 from results_table import results_markdown
+
+from organphys.pipeline.evaluation import Truth, mean_by_region, oracle_by_region, read_truth
 
 PRESETS = ("conservative", "moderate", "aggressive")
 TIMEOUT_S = 1800

@@ -1,6 +1,7 @@
 """A small registered organ for the asset and export tests: a bent ellipsoid."""
 
 import numpy as np
+
 from organphys.asset.registered_organ import RegisteredOrgan
 from organphys.basis.reduced_basis import ReducedBasis
 from organphys.basis.rkpm import rkpm_weights

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from asset_examples import ellipsoid
+
 from organphys.align.splat_view import SplatView, splat_view
 from organphys.ground.checks import Array
 from organphys.ground.frames import Similarity, rotation_about, rotation_between

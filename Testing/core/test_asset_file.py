@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asset_examples import CENTRE_MM, bent_organ
+
 from organphys.asset.asset_file import load_asset, save_asset
 from organphys.basis.learned import LearnedWeights
 from organphys.basis.reduced_basis import ReducedBasis

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from asset_examples import AXES_MM, CENTRE_MM, bent_organ, ellipsoid, inside_points
+
 from organphys.asset.fill_outwards import fill_outwards
 from organphys.asset.grid_distance import grid_distance
 from organphys.asset.grid_spline import GridSpline

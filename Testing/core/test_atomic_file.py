@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from organphys.ground.atomic_file import atomic_path, write_text
 from organphys.ground.checks import InputError
 

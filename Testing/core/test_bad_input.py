@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import SimpleITK as sitk
+
 from organphys.pipeline.command_line import main
 from organphys.pipeline.sample_case import SampleCase, write_sample_case
 

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+
 from organphys.basis.learned import LearnedWeights
 from organphys.basis.reduced_basis import ReducedBasis
 from organphys.basis.reduced_elasticity import ReducedElasticity

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from organphys.align.camera_image import camera_image
 from organphys.align.rim import find_rim
 from organphys.align.splat_surface import SplatSurface

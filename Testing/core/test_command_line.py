@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from organphys.asset.asset_file import load_asset
 from organphys.pipeline.command_line import build_parser, main
 from organphys.pipeline.commands_register import unit_of

@@ -4,6 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scene_examples import POSE, bumpy_organ, seen_from_camera
+from scipy.spatial import cKDTree
+
 from organphys.align.poses import Poses
 from organphys.align.rim import Rim
 from organphys.elastic.data_terms import DataOptions, organ_matches, rim_matches, splat_matches
@@ -16,8 +19,6 @@ from organphys.elastic.visibility import visibility
 from organphys.ground.frames import Similarity, fit_similarity, rotation_about
 from organphys.points.sampling import random_subset
 from organphys.points.surface_samples import sample_surface
-from scene_examples import POSE, bumpy_organ, seen_from_camera
-from scipy.spatial import cKDTree
 
 OPTIONS = ReducedOrganOptions(handles=6, nodes=150, basis_samples=1500, quadrature=600)
 

@@ -6,6 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scene_examples import POSE, Deformation, Seen, bend, bumpy_organ, map_error, seen_from_camera, unbent
+from scipy.spatial import cKDTree
+
 from organphys.align.rim import find_rim
 from organphys.align.splat_view import SplatView
 from organphys.elastic.elastic_registration import LAST_ALPHA, ElasticOptions, ElasticState, register_elastically
@@ -17,8 +20,6 @@ from organphys.ground.progress import Cancelled
 from organphys.ground.solve_report import Stop
 from organphys.pipeline.elastic_recorder import ElasticRecorder
 from organphys.points.surface_samples import sample_surface
-from scene_examples import POSE, Deformation, Seen, bend, bumpy_organ, map_error, seen_from_camera, unbent
-from scipy.spatial import cKDTree
 
 
 @dataclass(frozen=True)

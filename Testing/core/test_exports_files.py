@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asset_examples import bent_organ
+
 from organphys.asset.registered_organ import RegisteredOrgan
 from organphys.exports.registration_json import write_registration_json
 from organphys.exports.surface_vtp import write_surface_vtp

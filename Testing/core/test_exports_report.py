@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from asset_examples import bent_organ
+
 from organphys.exports.camera_view import View
 from organphys.exports.coarse_pictures import box_edges
 from organphys.exports.picture_svg import scale_bar

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from organphys.ground.checks import InputError
 from organphys.ground.frames import (
     Normalisation,
@@ -12,7 +14,6 @@ from organphys.ground.frames import (
     rotation_about,
     rotation_between,
 )
-from scipy.spatial.transform import Rotation
 
 T_B_A = Similarity(0.03, rotation_about(np.array([1.0, -2.0, 0.5]), 2.0), np.array([0.4, -1.0, 3.0]))
 T_C_B = Similarity(7.0, rotation_about(np.array([0.0, 1.0, 4.0]), -0.6), np.array([-5.0, 2.0, 1.0]))

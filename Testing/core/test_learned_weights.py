@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 import pytest
+
 from organphys.basis.learned import LearnedWeights, learned_weights
 from organphys.basis.learned_training import TrainingOptions, orthonormalised, train
 from organphys.basis.rkpm import rkpm_weights

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.linalg
+
 from organphys.ground.checks import InputError
 from organphys.ground.frames import rotation_about
 from organphys.ground.solve_report import Stop

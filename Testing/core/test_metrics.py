@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from organphys.align.metrics import (
     strain_percentiles,
     surface_distances,

@@ -8,8 +8,9 @@ import sys
 
 import numpy as np
 import pytest
-from organphys.points.neighbours import nearest_neighbours
 from scipy.spatial import cKDTree
+
+from organphys.points.neighbours import nearest_neighbours
 
 INTERRUPTED = """
 import signal, threading

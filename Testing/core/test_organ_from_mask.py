@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from reader_samples import blob, write_labels
+from scipy.spatial.transform import Rotation
+
 from organphys.ground.checks import InputError
 from organphys.readers.mask_surface import signed_volume
 from organphys.readers.organ_from_mask import organ_from_mask
 from organphys.readers.segmentation_file import read_organ
-from reader_samples import blob, write_labels
-from scipy.spatial.transform import Rotation
 
 SPACING = (1.2, 0.8, 2.0)
 

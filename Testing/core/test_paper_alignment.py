@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from organphys.align.paper_coarse import PaperCoarseOptions, oriented_box, paper_coarse, projected_diameter
 from organphys.align.paper_rigid import PaperRigidOptions, hann_radius, hann_weights, paper_rigid
 from organphys.ground.checks import InputError

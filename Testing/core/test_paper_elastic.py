@@ -2,6 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import cho_factor, cho_solve
+from scipy.spatial import cKDTree
+
 from organphys.elastic.paper_elastic import paper_elastic
 from organphys.elastic.paper_model import PaperElasticOptions, paper_model
 from organphys.elastic.paper_objective import PaperObjective, correspondences
@@ -11,8 +14,6 @@ from organphys.ground.progress import Cancelled
 from organphys.ground.solve_report import Stop
 from organphys.mechanics.lbfgs import minimise
 from organphys.mechanics.newton import newton
-from scipy.linalg import cho_factor, cho_solve
-from scipy.spatial import cKDTree
 
 SPACING = 4.0
 POSE = Similarity(0.02, rotation_about(np.array([1.0, 1.0, 0.3]), 0.8), np.array([0.5, -0.3, 4.0]))

@@ -4,12 +4,13 @@ import json
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from organphys.ground.checks import InputError
 from organphys.points.point_sets import Box
 from organphys.readers.json_file import MAX_JSON_BYTES, read_json
 from organphys.readers.landmarks_file import describe_landmarks, read_landmarks
 from organphys.readers.roi_file import describe_box, read_box
-from scipy.spatial.transform import Rotation
 
 
 def save(path, content):

@@ -1,9 +1,10 @@
 """Mask cleaning: opening in mm, largest component, holes, and what is said about it."""
 
 import numpy as np
-from organphys.readers.mask_cleaning import ball_offsets, boundary_of, clean_mask, largest_component, open_by_ball
 from reader_samples import blob
 from scipy import ndimage
+
+from organphys.readers.mask_cleaning import ball_offsets, boundary_of, clean_mask, largest_component, open_by_ball
 
 ISO = np.ones(3)
 

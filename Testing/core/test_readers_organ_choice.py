@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 import SimpleITK as sitk
+from reader_samples import blob, write_labels
+
 from organphys.ground.checks import InputError
 from organphys.readers.label_schemes import SCHEMES, scheme_labels
 from organphys.readers.segmentation_file import describe_segmentation, read_organ
-from reader_samples import blob, write_labels
 
 
 def two_organs() -> np.ndarray:

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from reader_samples import blob, write_labels
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
 from organphys.ground.checks import InputError
 from organphys.readers import label_volume
 from organphys.readers.mask_surface import signed_volume
 from organphys.readers.segmentation_file import describe_segmentation, read_organ
-from reader_samples import blob, write_labels
-from scipy.spatial import cKDTree
-from scipy.spatial.transform import Rotation
 
 SPACING = (1.2, 0.8, 2.0)
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"

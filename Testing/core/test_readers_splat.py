@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from reader_samples import ply_bytes, splat_columns
+
 from organphys.ground.checks import InputError
 from organphys.points.gaussians import LOGIT_LIMIT, colour_from_sh, logit_from_opacity
 from organphys.readers import ply_columns
 from organphys.readers.gaussian_ply import describe_splat, read_gaussians, read_splat
-from reader_samples import ply_bytes, splat_columns
 
 XYZ = ["x", "y", "z"]
 

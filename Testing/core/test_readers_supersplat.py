@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from reader_samples import ply_bytes
+
 from organphys.ground.checks import InputError
 from organphys.readers.gaussian_ply import describe_splat, read_gaussians, read_splat
-from reader_samples import ply_bytes
 
 COUNT = 600  # two full chunks and a part
 

@@ -5,6 +5,8 @@ from functools import partial
 
 import numpy as np
 import pytest
+from scene_examples import FRONT_CT, MM_PER_UNIT, POSE, bend, bumpy_organ, map_error, seen_from_camera
+
 from organphys.align.start_candidates import CandidateOptions
 from organphys.align.start_search import StartSearchOptions, search_start
 from organphys.elastic.reduced_organ import ReducedOrganOptions, reduce_organ
@@ -20,7 +22,6 @@ from organphys.pipeline.scale_checks import scale_prior, unit_notices, unit_scal
 from organphys.pipeline.scene import select_scene
 from organphys.points.point_sets import Box, GaussianCloud, Landmarks, SceneUnit
 from organphys.points.surface_samples import sample_surface
-from scene_examples import FRONT_CT, MM_PER_UNIT, POSE, bend, bumpy_organ, map_error, seen_from_camera
 
 FEWER = StartSearchOptions(candidates=CandidateOptions(views=80, twists=12, factors=(0.92, 1.15)))
 COARSER = ReducedOrganOptions(handles=6, nodes=200, basis_samples=1500, quadrature=600)

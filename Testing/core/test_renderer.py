@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from asset_examples import ellipsoid
+
 from organphys.asset.surface_distance import vertex_normals
 from organphys.exports.camera_view import View, parallel_view
 from organphys.exports.mesh_thinning import thin_mesh

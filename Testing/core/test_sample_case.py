@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
+
 from organphys.ground.checks import InputError
 from organphys.ground.frames import fit_similarity
 from organphys.pipeline import sample_flow, sample_organ, sample_splat
@@ -15,7 +17,6 @@ from organphys.pipeline.sample_case import SampleCase, write_sample_case
 from organphys.readers.gaussian_ply import read_splat
 from organphys.readers.landmarks_file import read_landmarks
 from organphys.readers.segmentation_file import read_organ
-from scipy.spatial import cKDTree
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scene_examples import CENTRE_MM, bumpy_organ, level
+from scipy.spatial import cKDTree
+
 from organphys.ground.checks import InputError
 from organphys.points.sampling import cell_keys, farthest_points, one_per_cell, random_subset
 from organphys.points.surface_samples import ClosestSampleGrid, sample_surface
-from scene_examples import CENTRE_MM, bumpy_organ, level
-from scipy.spatial import cKDTree
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from organphys.align.splat_surface import (
     SplatSurfaceOptions,
     cell_averages,

@@ -2,6 +2,9 @@
 
 import numpy as np
 import pytest
+from scene_examples import FRONT_CT, MM_PER_UNIT, POSE, bumpy_organ, seen_from_camera
+from scipy.spatial.transform import Rotation
+
 from organphys.align.landmark_prior import STRONGEST, LandmarkPrior
 from organphys.align.pose_view import pose_view
 from organphys.align.poses import Poses
@@ -10,8 +13,6 @@ from organphys.align.start_search import SearchStage, Starts, StartSearchOptions
 from organphys.ground.frames import Similarity, rotation_about
 from organphys.ground.progress import Cancelled
 from organphys.points.surface_samples import sample_surface
-from scene_examples import FRONT_CT, MM_PER_UNIT, POSE, bumpy_organ, seen_from_camera
-from scipy.spatial.transform import Rotation
 
 QUICK = StartSearchOptions(
     candidates=CandidateOptions(views=60, twists=12, factors=(0.95, 1.2)),

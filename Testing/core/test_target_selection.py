@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from organphys.ground.checks import InputError
 from organphys.points.point_sets import Box, GaussianCloud
 from organphys.points.target_selection import CleaningOptions, clean_points, select_clean_target, select_target

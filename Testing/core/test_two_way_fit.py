@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from scene_examples import POSE, bumpy_organ, seen_from_camera
+from scipy.spatial.transform import Rotation
+
 from organphys.align.pose_residuals import normal_equations
 from organphys.align.poses import Poses, exp_rotation
 from organphys.align.two_way_fit import TwoWayFit
 from organphys.ground.frames import Similarity, rotation_about
 from organphys.points.surface_samples import ClosestSampleGrid, sample_surface
-from scene_examples import POSE, bumpy_organ, seen_from_camera
-from scipy.spatial.transform import Rotation
 
 
 def random_poses(count, seed=0):

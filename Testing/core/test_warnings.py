@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import SimpleITK as sitk
+from plyfile import PlyData
+
 from organphys.pipeline.command_line import main
 from organphys.pipeline.sample_case import SampleCase, write_sample_case
 from organphys.readers.landmarks_file import read_landmarks
-from plyfile import PlyData
 
 EXPECTED = {
     "organ_cut_by_border": "border of the volume",
