@@ -42,8 +42,9 @@ def test_there_and_back(splat, camera):
         position, fov_deg = camera_from_view(splat, camera, aspect=aspect)
         np.testing.assert_allclose(position, 0, atol=1e-9)
         assert fov_deg == pytest.approx(FOV)
-    look_from_endoscope(splat, camera, position=[0.5, -0.2, -1.0], fov_deg=FOV)
-    np.testing.assert_allclose(camera_from_view(splat, camera)[0], [0.5, -0.2, -1.0], atol=1e-9)
+    view = slicer.app.layoutManager().threeDWidget(0).mrmlViewNode()
+    look_from_endoscope(splat, view, position=[0.5, -0.2, -1.0], fov_deg=FOV)
+    np.testing.assert_allclose(camera_from_view(splat, view)[0], [0.5, -0.2, -1.0], atol=1e-9)
 
 
 def test_angle_is_that_of_the_shorter_side(splat, camera):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from organphys.ground.checks import Array, InputError
 
+from .label_image import LabelImage
 from .matrices import apply_matrix, array_of, world_from_node
 
 LABELMAP = "Binary labelmap"
@@ -38,23 +39,24 @@ def segment_mask(segmentation_node: Any, segment_id: str | None) -> SegmentMask:
     node is not changed. InputError: nothing chosen, segment missing or empty.
     """
     segment = checked_segment(segmentation_node, segment_id)
-    image = _own_labelmap(segmentation_node, segment_id)
-    border: NDArray[np.int64] | None = _reference_extent(segmentation_node, image)
+    labels = _label_image(segmentation_node, segment_id)
+    border = _reference_extent(segmentation_node, labels.image)
     parent = segmentation_node.GetParentTransformNode()
     T_world_node = np.eye(4)
     if parent is not None and not parent.IsTransformToWorldLinear():
-        image, border = _warped(image, parent), None
+        labels, border = _warped(labels, parent), None
     else:
         T_world_node = world_from_node(segmentation_node)
-    voxels, first = _voxels(image)
-    if not voxels.any():
+    box = labels.box
+    if box is None:
         raise InputError(f"segment {segment.GetName()}: it is empty; paint the organ or choose another segment")
-    mask, corner = _cropped(voxels, first, border)
-    ijk_to_node = vtk.vtkMatrix4x4()
-    image.GetImageToWorldMatrix(ijk_to_node)
-    ijk_to_ras = T_world_node @ array_of(ijk_to_node)
-    ijk_to_ras[:3, 3] = apply_matrix(ijk_to_ras, corner)
-    return SegmentMask(mask, ijk_to_ras, segment.GetName())
+    wide = box + np.array([-MARGIN, MARGIN])
+    if border is not None:  # paint may lie outside the reference volume
+        wide[:, 0] = np.maximum(wide[:, 0], np.minimum(border[:, 0], box[:, 0]))
+        wide[:, 1] = np.minimum(wide[:, 1], np.maximum(border[:, 1], box[:, 1]))
+    ijk_to_ras = T_world_node @ labels.T_node_ijk
+    ijk_to_ras[:3, 3] = apply_matrix(ijk_to_ras, wide[:, 0])
+    return SegmentMask(labels.mask(wide), ijk_to_ras, segment.GetName())
 
 
 def checked_segment(segmentation_node: Any, segment_id: str | None) -> Any:
@@ -83,43 +85,27 @@ def private_copy(segmentation_node: Any, segment_id: str) -> Any:
     return copy
 
 
-def _own_labelmap(node: Any, segment_id: str) -> Any:
-    """vtkOrientedImageData, 0/1, of this segment alone, in the node's own frame."""
-    image = slicer.vtkOrientedImageData()
+def _label_image(node: Any, segment_id: str) -> LabelImage:
+    """The segment's label map in the node's own frame; made on a copy where the segment is a surface only."""
     segment = node.GetSegmentation().GetSegment(segment_id)
-    if segment.GetRepresentation(LABELMAP) is not None:
-        node.GetBinaryLabelmapRepresentation(segment_id, image)
-        return image
-    copy = private_copy(node, segment_id)
-    if copy.CreateRepresentation(LABELMAP):
-        made = copy.GetSegment(segment_id).GetRepresentation(LABELMAP)
-        if made is not None:
-            image.DeepCopy(made)
-    return image
+    image = segment.GetRepresentation(LABELMAP)
+    if image is None:
+        copy = private_copy(node, segment_id)
+        copy.CreateRepresentation(LABELMAP)
+        segment = copy.GetSegment(segment_id)
+        image = segment.GetRepresentation(LABELMAP) or slicer.vtkOrientedImageData()
+    return LabelImage(image, segment.GetLabelValue())
 
 
-def _warped(image: Any, parent: Any) -> Any:
-    """The label map resampled in the world through non-linear parents; the organ's box alone, to save time."""
-    voxels, first = _voxels(image)
-    if voxels.any():
-        box = _occupied(voxels) + first[:, None] + np.array([-MARGIN, MARGIN])
-        slicer.vtkOrientedImageDataResample.CopyImage(image, image, box.ravel().tolist())
+def _warped(labels: LabelImage, parent: Any) -> LabelImage:
+    """The segment resampled in the world through non-linear parents; its own box only, to save time."""
+    if labels.box is None:
+        return labels
+    alone = labels.alone(labels.box + np.array([-MARGIN, MARGIN]))
     to_world = vtk.vtkGeneralTransform()
     parent.GetTransformToWorld(to_world)
-    slicer.vtkOrientedImageDataResample.TransformOrientedImage(image, to_world)
-    return image
-
-
-def _voxels(image: Any) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-    """Mask (K, J, I) over the image's extent and the index (i, j, k) of its first voxel."""
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
-    extent = np.array(image.GetExtent(), dtype=np.int64).reshape(3, 2)
-    shape = np.ptp(extent, axis=1) + 1
-    scalars = image.GetPointData().GetScalars()
-    if (shape < 1).any() or scalars is None:
-        return np.zeros((0, 0, 0), dtype=bool), extent[:, 0]
-    return vtk_to_numpy(scalars).reshape(shape[::-1]) != 0, extent[:, 0]
+    slicer.vtkOrientedImageDataResample.TransformOrientedImage(alone.image, to_world)
+    return LabelImage(alone.image, alone.value)
 
 
 def _reference_extent(node: Any, image: Any) -> NDArray[np.int64] | None:
@@ -139,29 +125,3 @@ def _reference_extent(node: Any, image: Any) -> NDArray[np.int64] | None:
     corners = np.stack(np.meshgrid(*edges, indexing="ij"), -1).reshape(-1, 3)
     corners = apply_matrix(array_of(from_node) @ array_of(to_node), corners)
     return np.stack([np.rint(corners.min(0) + 0.5), np.rint(corners.max(0) - 0.5)], axis=1).astype(np.int64)
-
-
-def _cropped(
-    voxels: NDArray[np.bool_], first: NDArray[np.int64], border: NDArray[np.int64] | None
-) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-    """Mask (K, J, I) of the occupied box with its margin, which ends at ``border``; index (i, j, k) of its corner."""
-    box = _occupied(voxels) + first[:, None]
-    wide = box + np.array([-MARGIN, MARGIN])
-    if border is not None:  # paint may lie outside the reference volume
-        wide[:, 0] = np.maximum(wide[:, 0], np.minimum(border[:, 0], box[:, 0]))
-        wide[:, 1] = np.minimum(wide[:, 1], np.maximum(border[:, 1], box[:, 1]))
-    mask = np.zeros((np.ptp(wide, axis=1) + 1)[::-1], dtype=bool)
-    inner, outer = box - first[:, None], box - wide[:, :1]
-    mask[_slices(outer)] = voxels[_slices(inner)]
-    return mask, wide[:, 0]
-
-
-def _occupied(voxels: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Box (3, 2) in i, j, k, ends included, of the true voxels (K, J, I)."""
-    occupied = [np.flatnonzero(voxels.any(axis=axes)) for axes in ((0, 1), (0, 2), (1, 2))]
-    return np.array([[o[0], o[-1]] for o in occupied])
-
-
-def _slices(box: NDArray[np.int64]) -> tuple[slice, ...]:
-    """Slices (k, j, i) of a box (3, 2) in i, j, k, ends included."""
-    return tuple(slice(int(low), int(high) + 1) for low, high in box[::-1])
