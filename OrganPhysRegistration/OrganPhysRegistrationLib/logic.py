@@ -194,6 +194,16 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
 
         apply_to(case, node, keep_parent=keepParent)
 
+    def applyTransformToSegment(self, case: CaseNodes, segmentationNode: Any, segmentID: str) -> Any:
+        """Copy one segment (a tumour of the CT's segmentation) into a segmentation node of its own, which stands under
+        the case's CT-to-scene transform; that node. The source is not changed."""
+        from .outputs.apply_transform import apply_to
+        from .runs.segment_copy import copy_segment
+
+        node = copy_segment(segmentationNode, segmentID)
+        apply_to(case, node, keep_parent=True)
+        return node
+
     def export(self, case: CaseNodes, what: str, path: str | Path) -> str:
         """Write a file and return its path: "surface" (.stl, .ply, .vtp; RAS mm), "asset" (.organphys), "transform"
         (.h5, .nrrd) or "report" (report.html, or a folder for it). Without an ending the first one named is taken."""

@@ -27,7 +27,7 @@ def outcomes(host: object, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("outcomes")
     for stage in ("coarse", "rigid", "elastic"):
         save_outcome(example.outcome(stage, sampled=False), folder / stage)
-    save_outcome(example.outcome("elastic", grids=example.grids(25.0)), folder / "grids")
+    save_outcome(example.outcome(sampled=False, grids=example.grids(25.0)), folder / "grids")
     np.save(folder / "surface.npy", example.organ().scene_vertices.astype(np.float32))
     return folder
 
