@@ -16,7 +16,7 @@ def fill_outwards(values: Array, known: NDArray[np.bool_]) -> Array:
     """Values (nx, ny, nz, C) with the nodes outside ``known`` (nx, ny, nz) filled in; known nodes stay as they are."""
     if not known.any():
         raise ValueError("known: no node carries a value")
-    weight = known.astype(np.float64)[..., None]
+    weight = known.astype(values.dtype)[..., None]
     return _fill(np.where(known[..., None], values, 0.0), weight)
 
 

@@ -43,7 +43,7 @@ class GridAxes:
 
     def is_full(self, most: int) -> bool:
         """Whether a finer grid would have over ``most`` nodes."""
-        return 1.2 * np.prod(self.counts) > most
+        return bool(1.2 * np.prod(self.counts) > most)
 
 
 def doubled(values: Array) -> Array:
