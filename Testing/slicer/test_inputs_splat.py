@@ -11,11 +11,13 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from organphys import InputError, read_splat
 from organphys.readers.gaussian_ply import read_gaussians
 from OrganPhysRegistrationLib.inputs.matrices import ROLE, apply_matrix, matrix_of
+from OrganPhysRegistrationLib.inputs.organ_surface import organ_surface
 from OrganPhysRegistrationLib.inputs.splat_display import shown_gaussians
 from OrganPhysRegistrationLib.inputs.splat_node import (
     T_shown_scene,
     T_world_scene,
     checked_splat,
+    guess_scale,
     is_splat,
     load_splat,
     mm_per_unit_of,
@@ -66,6 +68,17 @@ def test_without_a_unit_the_scale_is_a_guess_and_marked_as_one(scene, sample_cas
     assert kind == "guess"
     assert 2 * scale * np.quantile(distance, 0.9) == pytest.approx(200)
     assert mm_per_unit_of(load_splat(sample_case.splat, extent_mm=100))[0] == pytest.approx(scale / 2)
+
+
+def test_guess_follows_the_organ_but_a_known_unit_does_not(scene, sample_case):
+    segmentation = slicer.util.loadSegmentation(str(sample_case.labels))
+    surface = organ_surface(segmentation, "Segment_5")
+    node = load_splat(sample_case.splat)
+    assert guess_scale(node, surface)
+    scale, kind, _ = mm_per_unit_of(node)
+    assert kind == "guess" and scale == pytest.approx(sample_case.mm_per_unit, rel=0.2)
+    set_scale(node, 30)
+    assert not guess_scale(node, surface) and mm_per_unit_of(node)[0] == 30
 
 
 def test_scale_keeps_the_camera_and_what_the_user_turned(scene, sample_case):

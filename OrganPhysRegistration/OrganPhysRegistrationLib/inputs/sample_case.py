@@ -13,7 +13,8 @@ import slicer
 import organphys
 from organphys.ground.checks import InputError
 
-from .splat_node import load_splat
+from .organ_surface import organ_surface
+from .splat_node import guess_scale, load_splat
 
 NAME = "OrganPhys liver"
 CATEGORY = "OrganPhys"
@@ -60,6 +61,7 @@ def load_sample_case(
     splat = load_splat(folder / "splat.ply")
     splat.SetName("Sample splat")
     segmentation, segment_id = _segmentation(folder / "ct_labels.nii.gz", facts)
+    guess_scale(splat, organ_surface(segmentation, segment_id))
     landmarks = _landmarks(folder / "landmarks.mrk.json")
     tell("")
     return SampleNodes(segmentation, segment_id, splat, landmarks, folder)

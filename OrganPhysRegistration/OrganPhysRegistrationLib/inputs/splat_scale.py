@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import vtk
 from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from organphys.ground.checks import Array, InputError, as_positive, one_of
 
@@ -81,15 +82,28 @@ def T_shown_scene(splat_node: Any) -> Array:
     return world_from_node(splat_node)
 
 
+def guess_scale(splat_node: Any, surface: vtk.vtkPolyData) -> bool:
+    """Show a splat whose unit is not known at the size of the organ's ``surface`` (mm); False if its unit is known."""
+    if mm_per_unit_of(splat_node)[1] != "guess":
+        return False
+    organ_mm = robust_extent(vtk_to_numpy(surface.GetPoints().GetData()))
+    poly = splat_node.GetPolyData()
+    opacities = vtk_to_numpy(poly.GetPointData().GetArray("opacity"))
+    centres = vtk_to_numpy(poly.GetPoints().GetData())
+    set_scale(splat_node, guessed_mm_per_unit(centres, opacities, extent_mm=organ_mm), "guess")
+    return True
+
+
 def guessed_mm_per_unit(
     centres: NDArray[Any], opacities: NDArray[Any], *, extent_mm: float = GUESS_MM, opacity: float = 0.1
 ) -> float:
-    """Millimetres per unit at which the splat's robust extent is ``extent_mm``; for the first look only.
-
-    Robust extent: twice the 90th percentile of the opaque Gaussians' distance from their median.
-    """
+    """Millimetres per unit at which the opaque Gaussians' robust extent is ``extent_mm``; for the first look only."""
     opaque = centres[opacities > opacity]
-    points = (opaque if len(opaque) else centres).astype(np.float64)
-    distance = np.linalg.norm(points - np.median(points, axis=0), axis=1)
-    extent = 2 * float(np.quantile(distance, 0.9))
+    extent = robust_extent(opaque if len(opaque) else centres)
     return extent_mm / extent if np.isfinite(extent) and extent > 0 else 1.0
+
+
+def robust_extent(points: NDArray[Any]) -> float:
+    """Twice the 90th percentile of the distance of points (N, 3) from their median: a few strays do not count."""
+    distance = np.linalg.norm(points - np.median(points, axis=0), axis=1)
+    return 2 * float(np.quantile(distance, 0.9))
