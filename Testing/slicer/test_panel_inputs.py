@@ -69,6 +69,16 @@ def test_register_is_possible_once_organ_and_splat_are_chosen(module, loaded, sc
     screenshot(module.panel, "panel_inputs")
 
 
+def test_the_segment_selector_sets_the_organ(host, module, parameters, loaded):
+    other = next(i for i in loaded["segmentation"].GetSegmentation().GetSegmentIDs() if i != loaded["segmentID"])
+    module.ui.segmentSelector.setCurrentSegmentID(other)
+    assert parameters.segmentID == other
+    module.ui.segmentSelector.setCurrentNode(None)
+    assert (parameters.segmentation, parameters.segmentID) == (None, "")
+    host.process()
+    assert not module.ui.applyButton.enabled
+
+
 def test_sample_data_button_fills_the_inputs(host, module, parameters, sample_case, monkeypatch):
     load = module.logic.loadSampleCase
     monkeypatch.setattr(module.logic, "loadSampleCase", lambda: load(folder=sample_case.folder, size="small"))

@@ -32,7 +32,7 @@ class InputsSection(Section):
         try:
             if selector.currentNode() is not chosen.segmentation:
                 selector.setCurrentNode(chosen.segmentation)
-            if chosen.segmentID and selector.currentSegmentID() != chosen.segmentID:
+            if chosen.segmentation is not None and selector.currentSegmentID() != chosen.segmentID:
                 selector.setCurrentSegmentID(chosen.segmentID)
         finally:
             self._showing = False
@@ -62,8 +62,8 @@ class InputsSection(Section):
 
     def _segmentation_chosen(self, node: Any) -> None:
         if not self._showing and self.panel.parameters is not None:
-            self.panel.parameters.segmentation = node
-            self.panel.parameters.segmentID = self.ui.segmentSelector.currentSegmentID() or ""
+            segment_id = self.ui.segmentSelector.currentSegmentID() if node is not None else ""
+            self.panel.choose({"segmentation": node, "segmentID": segment_id or ""})
 
     def _segment_chosen(self, segment_id: str) -> None:
         if not self._showing and self.panel.parameters is not None:
