@@ -7,11 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from ..outputs.case_nodes import CaseNodes, batch, write_outcome
-from ..outputs.tables import write_metrics
-from ..outputs.transform_nodes import write_transforms
+from ..outputs.case_nodes import CaseNodes, write_grids, write_outcome
 from ..outputs.undo import RunUndo, begin_run
 from .case_files import outcome_steps
 from .run_inputs import RunInputs
@@ -47,8 +43,4 @@ def write_case(outcome: Any, inputs: RunInputs) -> WrittenCase:
 
 def add_transforms(case: CaseNodes, outcome: Any) -> None:
     """Make the case's transforms elastic from the outcome's grids; InputError if its nodes have been deleted."""
-    frame = case.node("overlay_frame")
-    T_overlay_scene = np.array(case.record["T_overlay_scene"])
-    with batch(case.scene):
-        write_transforms(case, outcome, T_overlay_scene, frame)
-        write_metrics(case, outcome)
+    write_grids(case, outcome.grids)
