@@ -138,6 +138,18 @@ def test_surface_follows_the_parents(segmentation):
     assert segmentation.GetSegmentation().GetSegment(LIVER).GetRepresentation("Closed surface") is None
 
 
+def test_surface_is_made_anew_after_editing(segmentation):
+    before = organ_surface(segmentation, LIVER).GetBounds()
+    image = segmentation.GetSegmentation().GetSegment(LIVER).GetRepresentation("Binary labelmap")
+    voxels = vtk_to_numpy(image.GetPointData().GetScalars())
+    occupied = np.flatnonzero(voxels == 5)
+    voxels[occupied[: len(occupied) // 2]] = 0
+    image.Modified()
+    after = organ_surface(segmentation, LIVER).GetBounds()
+    assert np.abs(np.subtract(after, before)).max() > 20  # mm
+    assert organ_surface(segmentation, GALLBLADDER).GetBounds() != after
+
+
 def test_bad_input_says_what_to_do(segmentation, sample_case):
     empty = segmentation.GetSegmentation().AddEmptySegment("", "Tumour")
     for node, segment, message in [

@@ -22,6 +22,8 @@ ON_SURFACE_MM = 1e-3
 SLICER_FORMAT = "%N-%d"
 FORMAT = "Landmark %d"
 
+_last: dict[str, Any] = {}  # the last locator: building it takes longer than all its answers
+
 
 def landmark_messages(node: Any, surface: vtk.vtkPolyData) -> list[str]:
     """What should be corrected, one sentence each; ``surface``: the organ's in the world, mm (see organ_surface)."""
@@ -91,10 +93,13 @@ def _name_clearly(node: Any) -> None:
 def _locator(surface: vtk.vtkPolyData) -> vtk.vtkStaticCellLocator:
     if surface is None or surface.GetNumberOfCells() == 0:
         raise InputError("landmarks: the organ has no surface; choose the organ's segment first")
-    locator = vtk.vtkStaticCellLocator()
-    locator.SetDataSet(surface)
-    locator.BuildLocator()
-    return locator
+    key = (surface, surface.GetMTime())
+    if _last.get("key") != key:
+        locator = vtk.vtkStaticCellLocator()
+        locator.SetDataSet(surface)
+        locator.BuildLocator()
+        _last.update(key=key, locator=locator)
+    return _last["locator"]
 
 
 def _nearest(locator: vtk.vtkStaticCellLocator, point: Array) -> Array:
