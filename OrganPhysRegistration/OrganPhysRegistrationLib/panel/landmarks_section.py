@@ -38,6 +38,8 @@ class LandmarksSection(Section):
         self._snapped: tuple[Any, str, Any] | None = None
         self._snapping: Any = None
         self._surface: Any = None
+        self._checked: tuple[Any, ...] = ()
+        self._messages: list[str] = []
         self._weights: Any = None
         self._weighted: tuple[Any, ...] = ()
         self._filling = False
@@ -111,8 +113,11 @@ class LandmarksSection(Section):
             hint = _("Place one or two points on the part of the organ that the endoscope sees.")
             show_message(self.ui.landmarksHintLabel, hint, "plain")
         else:
-            messages = [] if self._surface is None else landmark_messages(self._node, self._surface)
-            show_message(self.ui.landmarksHintLabel, messages, "warning")
+            places = (self._surface, landmark_points(self._node)[0].tobytes(), self._node.GetNumberOfControlPoints())
+            if places != self._checked:
+                self._checked = places
+                self._messages = [] if self._surface is None else landmark_messages(self._node, self._surface)
+            show_message(self.ui.landmarksHintLabel, self._messages, "warning")
 
     def _name_edited(self, row: int, column: int) -> None:
         if not self._filling and column == 0 and self._node is not None:

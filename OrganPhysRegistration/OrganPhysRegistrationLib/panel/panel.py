@@ -29,6 +29,7 @@ class Panel(VTKObservationMixin):
         self.ui, self.logic = ui, logic
         self.parameters: OrganPhysRegistrationParameterNode | None = None
         self.sections: list[Section] = []
+        self._case: CaseNodes | None = None
         self._gui_tag: int | None = None
         self._timer = qt.QTimer()
         self._timer.setSingleShot(True)
@@ -40,7 +41,7 @@ class Panel(VTKObservationMixin):
         if self.parameters is not None:
             self.parameters.disconnectGui(self._gui_tag)
             self.removeObserver(self.parameters.parameterNode, vtk.vtkCommand.ModifiedEvent, self.refresh_soon)
-        self.parameters = parameters
+        self.parameters, self._case = parameters, None
         if parameters is not None:
             self._gui_tag = parameters.connectParametersToGui(self._widgets_of_parameters())
             self.addObserver(parameters.parameterNode, vtk.vtkCommand.ModifiedEvent, self.refresh_soon)
@@ -52,6 +53,7 @@ class Panel(VTKObservationMixin):
         """Show the present state in every section."""
         if self.parameters is None:
             return
+        self._case = self._find_case()
         for section in self.sections:
             section.refresh()
 
@@ -74,10 +76,11 @@ class Panel(VTKObservationMixin):
         self.ui.landmarksPlaceWidget.setPlaceModeEnabled(False)
 
     def case(self) -> CaseNodes | None:
-        """The case whose results are shown."""
-        if self.parameters is None or not self.parameters.caseID:
-            return None
-        return CaseNodes.find(case_id=self.parameters.caseID)
+        """The case whose results are shown, as of the last refresh."""
+        return self._case
+
+    def _find_case(self) -> CaseNodes | None:
+        return CaseNodes.find(case_id=self.parameters.caseID) if self.parameters.caseID else None
 
     def cleanup(self) -> None:
         """Let go of everything that is observed."""

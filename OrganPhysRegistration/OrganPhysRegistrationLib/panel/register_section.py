@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from typing import Any
 
@@ -23,6 +24,7 @@ class RegisterSection(Section):
         ui = self.ui
         self.run: Any = None
         self._warm = False
+        self._began = 0.0
         ui.applyButton.connect("clicked()", self.apply)
         self._steps = {"coarse": ui.coarseButton, "rigid": ui.rigidButton, "elastic": ui.elasticButton}
         ui.coarseButton.connect("clicked()", lambda: self.start(("coarse",)))
@@ -76,7 +78,7 @@ class RegisterSection(Section):
             onFailed=self._failed,
         )
         if started is not None:  # else the reason is told
-            self.run = started
+            self.run, self._began = started, time.monotonic()
             self._progress("prepare", 0.0)
         self.panel.refresh()
 
@@ -109,10 +111,10 @@ class RegisterSection(Section):
             parameters.shownStage = Stage(case.stage)
         self._tell_outcome(case)
         self.ui.progressBar.format = _("Sampling the transform CT to scene")
-        self.panel.refresh()
+        self.panel.refresh_soon()
 
     def _transform_done(self, case: Any) -> None:
-        self.panel.refresh()
+        self.panel.refresh_soon()
 
     def _failed(self, code: str, message: str) -> None:
         self.panel.tell(message, "info" if code == "cancelled" else "error")
@@ -120,12 +122,11 @@ class RegisterSection(Section):
 
     def _tell_outcome(self, case: Any) -> None:
         """The run's warnings in plain words, or that there are none."""
-        record = case.record
-        warnings = [message for _code, message in record["notices"]]
+        warnings = [message for _code, message in case.record["notices"]]
         if warnings:
             self.panel.tell(warnings, "warning")
         else:
-            seconds = sum(record["seconds"].values())
+            seconds = time.monotonic() - self._began
             self.panel.tell(_("Done in {seconds:.1f} s, without warnings.").format(seconds=seconds), "good")
 
 
