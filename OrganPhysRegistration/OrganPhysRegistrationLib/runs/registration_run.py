@@ -19,7 +19,7 @@ from ..outputs.undo import RunUndo
 from .case_files import SavedCase, outcome_steps, save_case_steps
 from .input_problems import sentence
 from .live_view import LiveView
-from .result_nodes import WrittenCase, add_transforms, result_steps
+from .result_nodes import WrittenCase, result_steps, transform_steps
 from .run_callbacks import RunCallbacks, nothing
 from .run_inputs import RunInputs
 from .run_process import Event
@@ -112,16 +112,11 @@ class RegistrationRun:
         if self.state != "sampling":
             return
         if event["event"] == "done":
-            self._begin(outcome_steps(self._session.folder / event["outcome"]), self._grids_loaded)
+            self._begin(transform_steps(self._session.folder / event["outcome"], self.case), self._transforms_written)
         elif event["event"] == "failed":
             self._transform_failed(str(event.get("message", "")))
 
-    def _grids_loaded(self, outcome: Any) -> None:
-        try:
-            add_transforms(self.case, outcome)
-        except InputError as error:  # its nodes have been deleted meanwhile
-            self._transform_failed(str(error))
-            return
+    def _transforms_written(self, _nothing: None) -> None:
         self._end()
         self._tell.transform(self.case)
 
@@ -138,10 +133,13 @@ class RegistrationRun:
         self._give_up("closed", "The scene was closed, so the registration was stopped.")
 
     def _step_failed(self, error: Exception) -> None:
-        if isinstance(error, InputError):
+        if not isinstance(error, InputError):
+            logging.error("OrganPhys: the registration failed", exc_info=error)
+        if self.state == "sampling":
+            self._transform_failed(str(error) or type(error).__name__)
+        elif isinstance(error, InputError):
             self._give_up("input", sentence(str(error)))
         else:
-            logging.error("OrganPhys: the registration failed", exc_info=error)
             self._give_up("internal", f"The registration failed ({error}): see Slicer's log, then press Apply again.")
 
     def _child_failed(self, code: str, message: str) -> None:

@@ -41,6 +41,8 @@ def write_case(outcome: Any, inputs: RunInputs) -> WrittenCase:
     return WrittenCase(case, undo)
 
 
-def add_transforms(case: CaseNodes, outcome: Any) -> None:
-    """Make the case's transforms elastic from the outcome's grids; InputError if its nodes have been deleted."""
+def transform_steps(folder: Path, case: CaseNodes) -> Generator[None, None, None]:
+    """Make the case's transforms elastic from the grids of the outcome in ``folder``; InputError if it was deleted."""
+    outcome = yield from outcome_steps(folder)
+    yield
     write_grids(case, outcome.grids)
