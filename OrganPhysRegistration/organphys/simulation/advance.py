@@ -85,8 +85,7 @@ def advance(
 
 def fastest(body: Body, velocity: Array) -> float:
     """Largest speed of the surface, m/s, at coordinate velocity (n, 3)."""
-    surface = body.surface
-    return float(np.sqrt(((surface.phi[surface.middle] @ velocity) ** 2).sum(1).max()))
+    return float(np.sqrt(((body.middle_phi @ velocity) ** 2).sum(1).max()))
 
 
 def _near(
@@ -102,7 +101,7 @@ def _near(
 
 def _grips(body: Body, state: BodyState, samples: NDArray[np.int64], motion: Motion) -> tuple[Grip, ...]:
     return tuple(
-        grip if tool.jaws is None else updated_grip(grip, body.surface, state.z, samples, pose, tool.jaws)
+        grip if tool.jaws is None else updated_grip(grip, body, state.z, samples, pose, tool.jaws)
         for grip, tool, pose in zip(state.grips, motion.tools, motion.after, strict=True)
     )
 
@@ -145,8 +144,8 @@ def _slipped(body: Body, state: BodyState, motion: Motion, z: Array) -> tuple[Gr
     out = []
     for grip, tool, pose in zip(state.grips, motion.tools, motion.after, strict=True):
         if tool.jaws is not None and len(grip.sample):
-            springs = grip_springs(grip, body.surface, tool.jaws)
-            points = body.surface.positions(z, grip.sample)
+            springs = grip_springs(grip, body.samples, tool.jaws)
+            points = body.sample_positions(z, grip.sample)
             grip = slipped_grip(grip, points, pose, tool.jaws, *springs)
         out.append(grip)
     return tuple(out)

@@ -1,4 +1,4 @@
-"""One deformable body: basis, mass, elasticity, pins and surface, all at rest, in metres."""
+"""One deformable body: a rest shape with its basis, elasticity, pins and surface, in metres."""
 
 from __future__ import annotations
 
@@ -6,108 +6,112 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..basis.reduced_elasticity import ReducedElasticity
-from ..basis.rkpm import rkpm_weights
-from ..ground.checks import Array, InputError, as_points
-from ..ground.frames import Normalisation
+from ..ground.checks import Array
 from ..mechanics.tissue import GENERIC, Tissue
-from .contact_surface import ContactSurface, sample_contact_surface
-from .pins import Pin, pin_matrix
-from .quadrature import Quadrature, cell_quadrature
+from .contact_samples import ContactSamples
+from .pins import Pin, pinned_points, spring_matrix
+from .quadrature import Quadrature
+from .rest_shape import RestShape
 from .simulation_basis import SimulationBasis
+from .state import BodyState
 from .strain_energy import StrainEnergy
 
 
 @dataclass(frozen=True)
 class Body:
-    """points (N, 3) m with volumes (N,) m^3 fill the body; quadrature: fewer points for the elastic energy.
+    """strain: elastic energy; base_phi (S, m): basis without local columns at the contact samples; ``held`` (n, n):
+    matrix of the springs of ``pins``, N/m; ``plain``: the same body without local functions, if it has any."""
 
-    ``held`` (n, n): matrix of the springs of ``pins`` and of any others, N/m.
-    """
-
+    shape: RestShape
     basis: SimulationBasis
-    points: Array
-    volumes: Array
-    quadrature: Quadrature
     strain: StrainEnergy
-    surface: ContactSurface
+    base_phi: Array
     tissue: Tissue
     held: Array
     pins: tuple[Pin, ...] = ()
     name: str = "organ"
+    plain: Body | None = None
+
+    @property
+    def samples(self) -> ContactSamples:
+        """Contact samples at rest."""
+        return self.shape.samples
 
     @property
     def mass(self) -> float:
         """Mass, kg."""
-        return self.tissue.density * float(self.volumes.sum())
+        return self.tissue.density * float(self.shape.volumes.sum())
 
     @cached_property
     def mean_phi(self) -> Array:
         """Volume mean (n,) of the basis: the centre of mass moves by mean_phi @ Z."""
-        phi: Array = (self.volumes / self.volumes.sum()) @ self.basis.phi(self.points)
+        volumes = self.shape.volumes
+        phi: Array = (volumes / volumes.sum()) @ self.basis.phi(self.shape.points)
         return phi
+
+    @cached_property
+    def vertex_phi(self) -> Array:
+        """Basis (Nv, n) at the vertices of the surface."""
+        return self.basis.phi(self.samples.vertices)
 
     @cached_property
     def rest_stiffness(self) -> Array:
         """Hessian (3n, 3n) of the elastic energy at rest, N/m, in the order of Z.ravel()."""
-        rows = self.strain.rows.reshape(3, len(self.quadrature.points), -1)
-        material = self.tissue.material
-        return ReducedElasticity(rows, self.quadrature.points, self.quadrature.weights, material).rest_hessian()
+        rows = self.strain.rows.reshape(3, len(self.strain.weights), -1)
+        return ReducedElasticity(rows, self.strain.points, self.strain.weights, self.tissue.material).rest_hessian()
 
-    def with_pins(self, *pins: Pin) -> Body:
-        """This body held by these pins only (none: free)."""
-        held = pin_matrix(self.basis, pins, np.concatenate([self.points, self.surface.points]))
-        return replace(self, pins=pins, held=held)
+    def vertices(self, z: Array) -> Array:
+        """Surface vertices (Nv, 3), m, at Z (n, 3)."""
+        return self.samples.vertices + self.vertex_phi @ z
 
-    def with_tissue(self, tissue: Tissue) -> Body:
-        """This body of another tissue."""
-        return replace(self, tissue=tissue, strain=replace(self.strain, material=tissue.material))
+    def sample_phi(self, samples: NDArray[np.int64]) -> Array:
+        """Basis (k, n) at the contact samples (k,)."""
+        base = self.base_phi[samples]
+        if self.basis.local is None:
+            return base
+        values = self.basis.local.functions.values(self.samples.points[samples])
+        return np.concatenate([base, self.basis.local_values(base, values)], axis=1)
+
+    @cached_property
+    def middle_phi(self) -> Array:
+        """Basis (P, n) at the middle of every patch of contact samples."""
+        return self.sample_phi(self.samples.middle)
+
+    def sample_positions(self, z: Array, samples: NDArray[np.int64]) -> Array:
+        """Positions (k, 3), m, of the contact samples (k,) at Z (n, 3)."""
+        return self.samples.points[samples] + self.sample_phi(samples) @ z
 
     def centre_of_mass(self, z: Array) -> Array:
         """Centre of mass (3,), m, at Z (n, 3)."""
-        centre: Array = (self.volumes / self.volumes.sum()) @ self.points + self.mean_phi @ z
+        volumes = self.shape.volumes
+        centre: Array = (volumes / volumes.sum()) @ self.shape.points + self.mean_phi @ z
         return centre
 
+    def with_tissue(self, tissue: Tissue) -> Body:
+        """This body of another tissue, on the same basis: states stay valid."""
+        plain = None if self.plain is None else self.plain.with_tissue(tissue)
+        return replace(self, tissue=tissue, strain=replace(self.strain, material=tissue.material), plain=plain)
 
-def build_body(
-    points: ArrayLike,
-    volumes: ArrayLike,
-    vertices: ArrayLike,
-    faces: NDArray[np.int64],
-    *,
-    tissue: Tissue = GENERIC,
-    handles: int = 20,
-    quadrature: int = 2000,
-    nodes: int = 400,
-    sample_spacing: float = 1.2e-3,
-    seed: int = 0,
-    name: str = "organ",
-) -> Body:
-    """Body with an own RKPM basis from points (N, 3) m with volumes (N,) m^3 inside a closed surface, m.
+    def with_pins(self, *pins: Pin) -> Body:
+        """This body held by these pins only, on a basis made for them: bring states over with ``transferred``."""
+        return build_body(self.shape, pins=pins, tissue=self.tissue, name=self.name)
 
-    vertices (Nv, 3) m, faces (Nf, 3); ``quadrature`` points of the elastic energy; ``nodes`` of the RKPM kernels;
-    sample_spacing m: distance of the contact samples, at most half the radius of the thinnest tool.
-    """
-    points = as_points(points, "volume points", minimum=8)
-    volumes = np.asarray(volumes, dtype=np.float64)
-    if volumes.shape != (len(points),) or not (volumes > 0).all():
-        raise InputError(f"volumes: expected {len(points)} numbers above 0, got shape {volumes.shape}")
-    centre = points.mean(0)
-    normalisation = Normalisation(centre, float(np.sqrt(((points - centre) ** 2).sum(1).mean())))
-    weights = rkpm_weights(normalisation.apply(points), handles=handles, nodes=nodes, seed=seed)
-    basis = SimulationBasis.orthonormal(weights, normalisation, points, volumes)
-    cells = cell_quadrature(points, volumes, quadrature, seed)
+
+def build_body(shape: RestShape, *, pins: tuple[Pin, ...] = (), tissue: Tissue = GENERIC, name: str = "organ") -> Body:
+    """The body of ``shape`` held by ``pins``."""
+    basis = shape.basis(pins)
+    held = pinned_points(pins, np.concatenate([shape.points, shape.samples.points]))
     return Body(
+        shape=shape,
         basis=basis,
-        points=points,
-        volumes=volumes,
-        quadrature=cells,
-        strain=strain_energy(basis, cells, tissue),
-        surface=sample_contact_surface(basis, as_points(vertices, "vertices"), faces, sample_spacing),
+        strain=strain_energy(basis, shape.cells.quadrature, tissue),
+        base_phi=basis.phi(shape.samples.points),
         tissue=tissue,
-        held=np.zeros((basis.size, basis.size)),
+        held=spring_matrix(basis, *held),
+        pins=pins,
         name=name,
     )
 
@@ -115,4 +119,20 @@ def build_body(
 def strain_energy(basis: SimulationBasis, cells: Quadrature, tissue: Tissue) -> StrainEnergy:
     """Elastic energy at the quadrature points of a body."""
     rows = np.ascontiguousarray(basis.phi_and_gradient(cells.points)[1].reshape(-1, basis.size))
-    return StrainEnergy(rows, cells.weights, tissue.material)
+    return StrainEnergy(rows, cells.points, cells.weights, tissue.material)
+
+
+def transferred(state: BodyState, old: Body, new: Body) -> BodyState:
+    """The state of ``old`` on the basis of ``new``, a body of the same shape: nearest in the mass, contacts kept."""
+    points, volumes = new.shape.points, new.shape.volumes
+    share = (volumes / volumes.sum())[:, None]
+    project = new.basis.phi(points).T @ (share * old.basis.phi(points))
+    return BodyState(
+        project @ state.z,
+        project @ state.velocity,
+        project @ state.z_before,
+        project @ state.velocity_before,
+        state.dt_before,
+        state.touch,
+        state.grips,
+    )

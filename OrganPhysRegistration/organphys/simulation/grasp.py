@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..ground.checks import Array
-from .contact_surface import ContactSurface
+from .body import Body
+from .contact_samples import ContactSamples
 from .friction import FrictionValue
 from .state import Grip, ToolPose
 from .tools import Jaws
@@ -23,9 +24,7 @@ def between_jaws(points: Array, pose: ToolPose, jaws: Jaws) -> NDArray[np.bool_]
     return inside & (z <= jaws.length + jaws.reach) & (np.abs(y) <= opening + jaws.reach)
 
 
-def updated_grip(
-    grip: Grip, surface: ContactSurface, z: Array, near: NDArray[np.int64], pose: ToolPose, jaws: Jaws
-) -> Grip:
+def updated_grip(grip: Grip, body: Body, z: Array, near: NDArray[np.int64], pose: ToolPose, jaws: Jaws) -> Grip:
     """The grip for the next step: taken when the jaws have closed, let go when they have opened.
 
     ``near`` (k,): samples that may lie between the jaws; z (n, 3): coordinates of the body.
@@ -34,15 +33,15 @@ def updated_grip(
         return Grip() if pose.jaw_deg > jaws.open_deg else grip
     if pose.jaw_deg > jaws.close_deg:
         return grip
-    points = surface.positions(z, near)
+    points = body.sample_positions(z, near)
     held = between_jaws(points, pose, jaws)
     anchor = (points[held] - pose.position) @ pose.rotation
-    return Grip(near[held], anchor, float(surface.areas[near[held]].sum()), closed=True)
+    return Grip(near[held], anchor, float(body.samples.areas[near[held]].sum()), closed=True)
 
 
-def grip_springs(grip: Grip, surface: ContactSurface, jaws: Jaws) -> tuple[Array, Array]:
+def grip_springs(grip: Grip, samples: ContactSamples, jaws: Jaws) -> tuple[Array, Array]:
     """Stiffness (k,) N/m and force limit (k,) N of every held sample: its share of the area that was caught."""
-    share = surface.areas[grip.sample] / max(grip.area, 1e-30)
+    share = samples.areas[grip.sample] / max(grip.area, 1e-30)
     return jaws.stiffness * share, jaws.force_limit * share
 
 

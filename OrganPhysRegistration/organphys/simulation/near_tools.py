@@ -19,14 +19,14 @@ SPARE = 1e-3  # m: tissue may move so much farther than its present velocity say
 
 def near_samples(body: Body, z: Array, parts: tuple[PlacedPart, ...], within: float) -> NDArray[np.int64]:
     """Indices (N,), ascending, of all samples within ``within`` m of a part at Z (n, 3)."""
-    surface = body.surface
-    centres = surface.positions(z, surface.middle)
+    surface = body.samples
+    centres = surface.points[surface.middle] + body.middle_phi @ z
     stretch = largest_stretch(body.strain.gradients(z))
     patches = np.zeros(len(centres), dtype=bool)
     for part in parts:
         patches |= part.gap_and_normal(centres)[0] < within + stretch * surface.reach
-    samples = surface.samples_of(np.flatnonzero(patches))
-    x = surface.positions(z, samples)
+    samples = surface.of_patches(np.flatnonzero(patches))
+    x = body.sample_positions(z, samples)
     near = np.zeros(len(samples), dtype=bool)
     for part in parts:
         near |= part.gap_and_normal(x)[0] < within
@@ -56,8 +56,8 @@ def contact_terms(
     h: float,
 ) -> ContactTerms:
     """Contact, friction and grip at ``samples``, which hold all those in the state's grips."""
-    surface = body.surface
-    points, phi = surface.points[samples], surface.phi[samples]
+    surface = body.samples
+    points, phi = surface.points[samples], body.sample_phi(samples)
     start = points + phi @ state.z
     held = tuple(
         _held(k, grip, samples, surface_grip, pose)

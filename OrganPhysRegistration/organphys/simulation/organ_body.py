@@ -9,6 +9,8 @@ from ..asset.registered_organ import RegisteredOrgan
 from ..ground.checks import Array, as_vector
 from ..mechanics.tissue import Tissue, tissue_for
 from .body import Body, build_body
+from .pins import Pin
+from .rest_shape import rest_shape
 
 
 def metres_per_unit(organ: RegisteredOrgan) -> float:
@@ -19,6 +21,7 @@ def metres_per_unit(organ: RegisteredOrgan) -> float:
 def organ_body(
     organ: RegisteredOrgan,
     *,
+    pins: tuple[Pin, ...] = (),
     tissue: Tissue | None = None,
     handles: int = 20,
     quadrature: int = 2000,
@@ -27,24 +30,25 @@ def organ_body(
 ) -> Body:
     """Body of the organ as registered; ``tissue``: the preset that goes with the organ's name if not given.
 
-    Positions are scene coordinates times ``metres_per_unit``. See ``build_body`` for the other arguments.
+    Positions are scene coordinates times ``metres_per_unit``. See ``rest_shape`` for the other arguments.
     """
+    tissue = tissue or tissue_for(organ.name)
     unit = metres_per_unit(organ)
     points = organ.map_points(organ.volume_points) * unit
     stretch = np.linalg.det(organ.deformation_gradient(organ.volume_points))
     volumes = 1e-6 * organ.volume_ml * stretch / len(points)
-    return build_body(
+    shape = rest_shape(
         points,
         volumes,
         organ.scene_vertices * unit,
         organ.faces,
-        tissue=tissue or tissue_for(organ.name),
+        tissue=tissue,
         handles=handles,
         quadrature=quadrature,
         sample_spacing=sample_spacing,
         seed=seed,
-        name=organ.name,
     )
+    return build_body(shape, pins=pins, tissue=tissue, name=organ.name)
 
 
 def scene_direction(organ: RegisteredOrgan, direction_ras: ArrayLike) -> Array:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..ground.checks import Array, InputError, as_points, as_positive, as_vector
+from ..ground.checks import Array, InputError, as_positive, as_vector
 from .simulation_basis import SimulationBasis
 
 
@@ -24,26 +24,30 @@ class Pin:
         as_positive(self.stiffness, "pin stiffness")
 
 
-def pin_matrix(basis: SimulationBasis, pins: tuple[Pin, ...], points: Array) -> Array:
-    """Matrix P (n, n) in N/m: the springs store tr(Z^T P Z) / 2 and pull with P Z.
+def pinned_points(pins: tuple[Pin, ...], points: Array) -> tuple[Array, Array]:
+    """Which of the rest positions (N, 3) m the pins hold (k, 3), and by springs of which stiffness (k,) N/m.
 
-    ``points`` (N, 3) m: rest positions through the body and on its surface. InputError for a pin that holds none.
+    Every pin shares its stiffness out evenly. InputError for a pin that holds nothing.
     """
-    matrix = np.zeros((basis.size, basis.size))
+    held, springs = [np.zeros((0, 3))], [np.zeros(0)]
     for pin in pins:
-        held = points[((points - pin.centre) ** 2).sum(1) <= pin.radius**2]
-        if not len(held):
-            gap = float(np.sqrt(((points - pin.centre) ** 2).sum(1).min()))
+        distance = np.sqrt(((points - pin.centre) ** 2).sum(1))
+        inside = points[distance <= pin.radius]
+        if not len(inside):
             raise InputError(
                 f"pin at {np.round(pin.centre, 4).tolist()} m: no tissue within its {1000 * pin.radius:g} mm, the "
-                f"nearest is {1000 * gap:.1f} mm away; move it or make it larger"
+                f"nearest is {1000 * distance.min():.1f} mm away; move it or make it larger"
             )
-        matrix += spring_matrix(basis, held, np.full(len(held), pin.stiffness / len(held)))
-    return matrix
+        held.append(inside)
+        springs.append(np.full(len(inside), pin.stiffness / len(inside)))
+    return np.concatenate(held), np.concatenate(springs)
 
 
 def spring_matrix(basis: SimulationBasis, points: Array, stiffness: Array) -> Array:
-    """The same matrix (n, n) for single springs of stiffness (N,) N/m at rest positions (N, 3), m."""
-    phi = basis.phi(as_points(points, "spring points"))
-    matrix: Array = phi.T @ (np.asarray(stiffness)[:, None] * phi)
+    """Matrix P (n, n) in N/m of springs (k,) N/m at rest positions (k, 3) m.
+
+    They store tr(Z^T P Z) / 2 and pull with P Z.
+    """
+    phi = basis.phi(points)
+    matrix: Array = phi.T @ (stiffness[:, None] * phi)
     return matrix

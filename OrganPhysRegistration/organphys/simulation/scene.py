@@ -44,8 +44,7 @@ class Scene:
         return tuple(checked_pose(p, f"pose of {tool.name}") for p, tool in zip(poses, self.tools, strict=True))
 
     def with_body(self, index: int, body: Body) -> Scene:
-        """This scene with one body exchanged, e.g. ``scene.bodies[0].with_pins(...)``; the state stays valid as long
-        as the basis is the same."""
+        """This scene with one body exchanged; on another basis its state must be ``transferred``."""
         return replace(self, bodies=(*self.bodies[:index], body, *self.bodies[index + 1 :]))
 
     def notices(self, state: SceneState) -> tuple[Notice, ...]:

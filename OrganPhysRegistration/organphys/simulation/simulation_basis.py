@@ -1,8 +1,8 @@
 """Displacement basis of the simulator: u(X) = Phi(X) Z with X and u in metres and Phi orthonormal in the mass.
 
-The columns are those of a Simplicits basis on the geometry to simulate, whitened so that the volume mean of
-Phi^T Phi is the identity: the mass matrix is the body's mass times the identity. Local functions may be added; they
-are made orthonormal to the rest, so the coordinates of the other columns keep their meaning.
+The functions are those of a Simplicits basis on the geometry to simulate, w_h(X) [X, 1] with RKPM weights w_h, and
+components of elastic modes. The volume mean of Phi^T Phi is the identity: the mass matrix is the body's mass times
+the identity. Local functions may be added, orthonormal to the rest: the other coordinates keep their meaning.
 """
 
 from __future__ import annotations
@@ -11,17 +11,18 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
 
-from ..basis.reduced_basis import ReducedBasis
-from ..basis.skinning import SkinningWeights
-from ..ground.checks import Array, InputError
+from ..basis.reproducing_kernel import ReproducingKernel
+from ..ground.checks import Array
 from ..ground.frames import Normalisation
 from .local_functions import LocalFunctions
 
+CHUNK = 1024
+INDEPENDENT = 1e-9  # columns whose squared norm beside the others is below this part of their own are left out
+
 
 class LocalColumns(NamedTuple):
-    """Columns (N, k): functions times ``mixing`` minus columns of the skinning times ``overlap`` (4H, k)."""
+    """Columns (N, k): functions times ``mixing`` minus the other columns times ``overlap``."""
 
     functions: LocalFunctions
     mixing: Array
@@ -30,70 +31,115 @@ class LocalColumns(NamedTuple):
 
 @dataclass(frozen=True)
 class SimulationBasis:
-    """``skinning``: whitened reduced basis in X = (x - centre) / length, 4H columns; ``local``: further columns."""
+    """Raw functions in X = (x - centre) / length: [1, X], then w_h [1, X] of the ``handles`` first columns of the
+    ``coefficients`` (nodes, k) of the kernel, then the other columns as they are; Phi = raw @ ``mixing`` (r, n)."""
 
     normalisation: Normalisation
-    skinning: ReducedBasis
+    kernel: ReproducingKernel
+    coefficients: Array
+    handles: int
+    mixing: Array
     local: LocalColumns | None = None
 
     @classmethod
     def orthonormal(
-        cls, weights: SkinningWeights, normalisation: Normalisation, points: Array, volumes: Array
+        cls,
+        normalisation: Normalisation,
+        kernel: ReproducingKernel,
+        coefficients: Array,
+        handles: int,
+        points: Array,
+        volumes: Array,
     ) -> SimulationBasis:
         """Basis whose mean of Phi^T Phi over points (N, 3) m with volumes (N,) is the identity."""
-        x = normalisation.apply(points)
-        plain = ReducedBasis.plain(weights).phi(x) * np.sqrt(volumes / volumes.sum())[:, None]
-        upper = np.linalg.qr(plain, mode="r")
-        if np.abs(np.diag(upper)).min() < 1e-10 * np.abs(np.diag(upper)).max():
-            raise InputError(f"handles: {weights.handles} handles are not independent on this organ, use fewer")
-        upper *= np.sign(np.diag(upper))[:, None]
-        whitening = scipy.linalg.solve_triangular(upper, np.eye(len(upper)))
-        return cls(normalisation, ReducedBasis(weights, whitening))
+        size = 4 * (1 + handles) + coefficients.shape[1] - handles
+        plain = cls(normalisation, kernel, coefficients, handles, np.eye(size))
+        raw = plain.phi(points) * np.sqrt(volumes / volumes.sum())[:, None]
+        affine = _orthonormal(raw[:, :4].T @ raw[:, :4], (raw[:, :4] ** 2).sum(0))
+        overlap = affine.T @ (raw[:, :4].T @ raw[:, 4:])
+        beside = raw[:, 4:] - raw[:, :4] @ (affine @ overlap)
+        rest = _orthonormal(beside.T @ beside, (raw[:, 4:] ** 2).sum(0))
+        mixing = np.zeros((size, affine.shape[1] + rest.shape[1]))
+        mixing[:4, :4], mixing[:4, 4:], mixing[4:, 4:] = affine, -affine @ overlap @ rest, rest
+        return replace(plain, mixing=mixing)
 
     @property
     def size(self) -> int:
         """Number n of columns; Z is (n, 3) in metres."""
-        return self.skinning.size + (0 if self.local is None else self.local.mixing.shape[1])
+        return self.mixing.shape[1] + (0 if self.local is None else self.local.mixing.shape[1])
 
     def phi(self, points: Array) -> Array:
         """Phi (N, n) at points (N, 3) in m."""
-        base = self.skinning.phi(self.normalisation.apply(points))
-        if self.local is None:
-            return base
-        functions, mixing, overlap = self.local
-        return np.concatenate([base, functions.values(points) @ mixing - base @ overlap], axis=1)
+        x, out = self.normalisation.apply(points), np.empty((len(points), self.size))
+        base = out[:, : self.mixing.shape[1]]
+        for start in range(0, len(x), CHUNK):
+            part = slice(start, start + CHUNK)
+            base[part] = self._raw(x[part], self.kernel.combined(self.coefficients, x[part])) @ self.mixing
+        if self.local is not None:
+            out[:, base.shape[1] :] = self.local_values(base, self.local.functions.values(points))
+        return out
 
     def phi_and_gradient(self, points: Array) -> tuple[Array, Array]:
         """Phi (N, n) and its derivatives (3, N, n) per metre."""
-        base, slopes = self.skinning.phi_and_gradient(self.normalisation.apply(points))
-        slopes /= self.normalisation.length
-        if self.local is None:
-            return base, slopes
-        functions, mixing, overlap = self.local
-        values, gradients = functions.values_and_gradients(points)
-        extra, extra_slopes = values @ mixing - base @ overlap, gradients @ mixing - slopes @ overlap
-        return np.concatenate([base, extra], axis=1), np.concatenate([slopes, extra_slopes], axis=2)
+        x, size = self.normalisation.apply(points), self.mixing.shape[1]
+        out, slopes = np.empty((len(points), self.size)), np.empty((3, len(points), self.size))
+        for start in range(0, len(x), CHUNK):
+            part = slice(start, start + CHUNK)
+            values, gradients = self.kernel.combined_with_gradient(self.coefficients, x[part])
+            out[part, :size] = self._raw(x[part], values) @ self.mixing
+            for m in range(3):
+                slopes[m, part, :size] = self._raw_slope(x[part], values, gradients[:, :, m], m) @ self.mixing
+        slopes[:, :, :size] /= self.normalisation.length
+        if self.local is not None:
+            values, local_slopes = self.local.functions.values_and_gradients(points)
+            out[:, size:] = self.local_values(out[:, :size], values)
+            slopes[:, :, size:] = self.local_values(slopes[:, :, :size], local_slopes)
+        return out, slopes
 
     def affine_coordinates(self, matrix: Array, shift: Array) -> Array:
         """Z (n, 3) of the displacement u(X) = matrix @ X + shift (X, shift in m), exact at every X."""
         about = self.normalisation
+        raw = np.vstack([matrix @ about.centre + shift, about.length * np.asarray(matrix).T])
         z = np.zeros((self.size, 3))
-        z[: self.skinning.size] = self.skinning.similarity_coordinates(
-            about.length * matrix, matrix @ about.centre + shift
-        )
+        z[:4] = np.linalg.solve(self.mixing[:4, :4], raw)
         return z
 
-    def with_local(self, local: LocalFunctions, points: Array, volumes: Array) -> SimulationBasis:
-        """This basis without its old local functions and with new ones, orthonormal over points (N, 3), volumes (N,).
+    def with_local(self, functions: LocalFunctions, phi: Array, values: Array, share: Array) -> SimulationBasis:
+        """This basis with other local functions, made orthonormal.
 
-        Functions that the others nearly represent already (norm below 1e-6 of the largest) are left out.
+        phi (k, n) without local columns and ``values`` of the functions at all points where they are not zero, which
+        hold ``share`` (k,) of the volume.
         """
-        base = replace(self, local=None)
-        share = (volumes / volumes.sum())[:, None]
-        phi, values = base.phi(points), local.values(points)
-        overlap = phi.T @ (share * values)
-        rest = values - phi @ overlap
-        size, vectors = np.linalg.eigh(rest.T @ (share * rest))
-        kept = size > 1e-6 * size.max()
-        mixing = vectors[:, kept] / np.sqrt(size[kept])
-        return replace(base, local=LocalColumns(local, mixing, overlap @ mixing))
+        overlap = phi.T @ (share[:, None] * values)
+        own = values.T @ (share[:, None] * values)
+        mixing = _orthonormal(own - overlap.T @ overlap, np.diag(own))
+        return replace(self, local=LocalColumns(functions, mixing, overlap @ mixing))
+
+    def local_values(self, base: Array, values: Array) -> Array:
+        """Local columns from the other columns ``base`` (..., n) and the functions' ``values`` (..., k), or slopes."""
+        assert self.local is not None
+        return values @ self.local.mixing - base @ self.local.overlap
+
+    def _raw(self, x: Array, values: Array) -> Array:
+        ones = np.concatenate([np.ones((len(x), 1)), x], axis=1)
+        skinned = values[:, : self.handles, None] * ones[:, None, :]
+        return np.concatenate([ones, skinned.reshape(len(x), -1), values[:, self.handles :]], axis=1)
+
+    def _raw_slope(self, x: Array, values: Array, slope: Array, axis: int) -> Array:
+        ones = np.concatenate([np.ones((len(x), 1)), x], axis=1)
+        constant = np.zeros((len(x), 4))
+        constant[:, 1 + axis] = 1.0
+        skinned = slope[:, : self.handles, None] * ones[:, None, :]
+        skinned[:, :, 1 + axis] += values[:, : self.handles]
+        return np.concatenate([constant, skinned.reshape(len(x), -1), slope[:, self.handles :]], axis=1)
+
+
+def _orthonormal(gram: Array, scale: Array) -> Array:
+    """Matrix (k, n), n <= k, that makes columns with this Gram matrix (k, k) orthonormal.
+
+    ``scale`` (k,): squared norms of the columns before others were taken out of them.
+    """
+    norms = np.sqrt(scale)
+    size, vectors = np.linalg.eigh(gram / np.outer(norms, norms))
+    kept = size > INDEPENDENT
+    return (vectors[:, kept] / np.sqrt(size[kept])) / norms[:, None]

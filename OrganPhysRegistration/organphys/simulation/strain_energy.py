@@ -44,9 +44,10 @@ class Tangent(NamedTuple):
 
 @dataclass(frozen=True)
 class StrainEnergy:
-    """rows (3 Q, n): derivatives of Phi per metre in the order (m, q); weights (Q,) m^3; material in Pa."""
+    """rows (3 Q, n): derivatives of Phi per metre in the order (m, q) at points (Q, 3) m with weights (Q,) m^3."""
 
     rows: Array
+    points: Array
     weights: Array
     material: NeoHookean
 

@@ -10,47 +10,34 @@ from scipy.spatial import cKDTree
 
 from ..ground.checks import Array, as_positive
 from ..points.sampling import cell_keys, one_per_cell
-from .simulation_basis import SimulationBasis
 
 PATCH_CELLS = 6  # sample spacings along the edge of a patch's cell
 FINER, CELL = 0.6, 0.75  # triangle edges and thinning cells in sample spacings
 
 
 @dataclass(frozen=True)
-class ContactSurface:
-    """Surface at rest, m: vertices (Nv, 3) and faces (Nf, 3), outward, with vertex_phi (Nv, n) of the basis.
+class ContactSamples:
+    """Surface at rest, m: vertices (Nv, 3) and faces (Nf, 3), outward; points (S, 3) with areas (S,) m^2 on it.
 
-    points (S, 3) with areas (S,) m^2 and phi (S, n): contact samples, sorted by patch; starts (P + 1,): patch k holds
-    the samples starts[k] to starts[k + 1]; middle (P,): its central sample; reach (P,) m: radius round that.
+    The points are sorted by patch; starts (P + 1,): patch k holds the points starts[k] to starts[k + 1]; middle (P,):
+    its central point; reach (P,) m: radius round that.
     """
 
     vertices: Array
     faces: NDArray[np.int64]
-    vertex_phi: Array
     points: Array
     areas: Array
-    phi: Array
     starts: NDArray[np.int64]
     middle: NDArray[np.int64]
     reach: Array
 
-    def positions(self, z: Array, samples: NDArray[np.int64]) -> Array:
-        """Positions (k, 3), m, of the samples (k,) at Z (n, 3)."""
-        return self.points[samples] + self.phi[samples] @ z
-
-    def deformed_vertices(self, z: Array) -> Array:
-        """Vertices (Nv, 3), m, at Z (n, 3)."""
-        return self.vertices + self.vertex_phi @ z
-
-    def samples_of(self, patches: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Indices of all samples of the patches, ascending."""
+    def of_patches(self, patches: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Indices of all points of the patches, ascending."""
         ranges = [np.arange(self.starts[k], self.starts[k + 1]) for k in patches]
         return np.concatenate(ranges) if ranges else np.zeros(0, dtype=np.int64)
 
 
-def sample_contact_surface(
-    basis: SimulationBasis, vertices: Array, faces: NDArray[np.int64], spacing: float
-) -> ContactSurface:
+def contact_samples(vertices: Array, faces: NDArray[np.int64], spacing: float) -> ContactSamples:
     """Samples no farther apart than about ``spacing`` m: every surface point has one within that distance.
 
     They are centroids of the triangles cut into small ones, thinned; each takes the area of those it stands for.
@@ -61,9 +48,7 @@ def sample_contact_surface(
     order = np.argsort(keys, kind="stable")
     points, areas, keys = points[order], areas[order], keys[order]
     starts = np.concatenate([[0], np.flatnonzero(np.diff(keys)) + 1, [len(keys)]])
-    middle, reach = _patches(points, starts)
-    phi = basis.phi(points)
-    return ContactSurface(vertices, faces, basis.phi(vertices), points, areas, phi, starts, middle, reach)
+    return ContactSamples(vertices, faces, points, areas, starts, *_patches(points, starts))
 
 
 def triangle_centroids(vertices: Array, faces: NDArray[np.int64], spacing: float) -> tuple[Array, Array]:
