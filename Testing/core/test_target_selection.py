@@ -61,6 +61,20 @@ def test_cleaning_keeps_pieces_and_reports_what_went():
     assert np.array_equal(clean_points(points[shuffled]).keep, report.keep[shuffled])
 
 
+def test_a_large_set_is_cleaned_as_its_subset_is():
+    points, kind = scene()
+    rng = np.random.default_rng(2)
+    dense = np.c_[rng.uniform(0, 1, (30_000, 2)), rng.normal(0, 0.003, 30_000)]
+    dense[:5000] = dense[:5000] * [0.3, 0.3, 1] + [1.3, 0, 0]
+    everything = np.concatenate([dense, points[kind >= 2]])
+    stray = np.arange(len(everything)) >= len(dense)
+    whole, by_subset = clean_points(everything), clean_points(everything, options=CleaningOptions(most=4000))
+    assert by_subset.keep[~stray].mean() > 0.97 and not by_subset.keep[stray].any()
+    assert (by_subset.keep == whole.keep).mean() > 0.97
+    assert by_subset.outliers + by_subset.in_small_clusters == (~by_subset.keep).sum()
+    assert by_subset.spacing == pytest.approx(whole.spacing, rel=0.15)  # of the whole set, not of the subset
+
+
 def test_cleaned_selection_indexes_the_whole_splat():
     points, kind = scene()
     count = len(points)

@@ -24,7 +24,7 @@ def floaters(
 ) -> NDArray[np.bool_]:
     """(N,) bool: which of the visible Gaussians are floaters; the same as registration's ``clean`` leaves out.
 
-    Takes some seconds for several hundred thousand Gaussians; the last answer is kept.
+    Takes about a second, also for large splats; the last answer is kept.
     """
     from organphys.points.target_selection import clean_points
 

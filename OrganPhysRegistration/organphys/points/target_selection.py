@@ -15,18 +15,21 @@ from ..ground.notices import Notice
 from ..ground.progress import Progress, no_progress
 from .neighbours import nearest_neighbours
 from .point_sets import Box, GaussianCloud
+from .sampling import random_subset
 
 
 @dataclass(frozen=True)
 class CleaningOptions:
     """Outliers: mean distance to ``neighbours`` above ``spread`` x the median, twice. Clusters: points linked within
-    ``link`` x the median distance; those below ``smallest`` of all points go (parts behind a tool strip stay)."""
+    ``link`` x the median distance; those below ``smallest`` of all points go (parts behind a tool strip stay).
+    Of more than ``most`` points a random subset is judged, and the others go with it."""
 
     neighbours: int = 12
     spread: float = 2.5
     rounds: int = 2
     link: float = 1.8
     smallest: float = 0.01
+    most: int = 40_000
 
 
 @dataclass(frozen=True)
@@ -91,10 +94,12 @@ def clean_points(
 ) -> Cleaning:
     """Marks statistical outliers and small clusters among points (N, 3); nothing is moved or reordered.
 
-    Clusters are judged by their share of all points, so several true pieces survive. Meant for up to some 200,000
-    points; subsample larger splats.
+    Clusters are judged by their share of all points, so several true pieces survive. In a large set a point stays
+    when one of the judged subset that stayed lies within the linking distance.
     """
     options = options or CleaningOptions()
+    if len(points) > options.most:
+        return _clean_by_subset(points, options, progress)
     keep = np.ones(len(points), dtype=bool)
     if len(points) <= options.neighbours + 1:
         return Cleaning(keep, 0, 0)
@@ -112,6 +117,21 @@ def clean_points(
     keep[rows[small]] = False
     progress("clean splat", 1.0)
     return Cleaning(keep, outliers, int(small.sum()), median)
+
+
+def _clean_by_subset(points: Array, options: CleaningOptions, progress: Progress) -> Cleaning:
+    rows = random_subset(len(points), options.most, 0)
+    judged = clean_points(points[rows], options=options, progress=progress)
+    share = len(points) / len(rows)
+    if not judged.keep.any():
+        return Cleaning(np.zeros(len(points), dtype=bool), len(points), 0, judged.spacing)
+    near = nearest_neighbours(
+        cKDTree(points[rows[judged.keep]]), points, distance_upper_bound=options.link * judged.spacing
+    )[0]
+    keep: NDArray[np.bool_] = np.isfinite(near)
+    gone = len(points) - int(keep.sum())
+    in_small_clusters = min(round(judged.in_small_clusters * share), gone)
+    return Cleaning(keep, gone - in_small_clusters, in_small_clusters, judged.spacing / np.sqrt(share))
 
 
 def _mean_distance(points: Array, neighbours: int) -> Array:
