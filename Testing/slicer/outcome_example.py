@@ -16,6 +16,7 @@ from organphys.asset.asset_file import asset_bytes
 from organphys.exports.displacement_grid import DisplacementGrid, DisplacementGrids
 from organphys.ground.frames import Similarity
 from organphys.pipeline.case_outcome import CaseOutcome
+from OrganPhysRegistrationLib.inputs.matrices import matrix_of
 from OrganPhysRegistrationLib.inputs.splat_columns import SplatColumns
 from OrganPhysRegistrationLib.inputs.splat_node import polydata_of
 from OrganPhysRegistrationLib.inputs.splat_scale import set_scale
@@ -115,20 +116,26 @@ def splat_node(scene):
     return node
 
 
-def segmentation_node(scene, name: str = "CT segments", inside=None):
-    """A segmentation with one segment "organ" (or ``name``): voxels where ``inside`` (N, 3) mm -> (N,) bool holds."""
-    bent, step = organ(), 4.0
-    low = bent.vertices.min(0) - 3 * step
-    count = np.ceil((bent.vertices.max(0) + 3 * step - low) / step).astype(int)
-    i, j, k = np.meshgrid(*[np.arange(n) for n in count], indexing="ij")
-    places = low + step * np.stack([i, j, k], axis=-1).reshape(-1, 3)
+def segmentation_node(scene, name: str = "CT segments", inside=None, *, turn=None, step: float = 4.0):
+    """A segmentation with one segment "organ": voxels of ``step`` mm where ``inside`` (N, 3) mm -> (N,) bool holds.
+
+    turn (3, 3): rotation of the voxel axes about the organ's centre.
+    """
+    bent, turn = organ(), np.eye(3) if turn is None else turn
+    centre = bent.vertices.mean(0)
+    half = np.ceil(np.linalg.norm(bent.vertices - centre, axis=1).max() / step + 1) * step
+    count = int(2 * half / step) + 1
+    matrix = np.eye(4)
+    matrix[:3, :3] = step * turn
+    matrix[:3, 3] = centre - turn @ np.full(3, half)
+    k, j, i = np.meshgrid(*[np.arange(count)] * 3, indexing="ij")
+    places = np.stack([i, j, k], axis=-1).reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
     holds = bent.outside_distance_mm(places) == 0 if inside is None else inside(places)
-    mask = holds.reshape(i.shape).transpose(2, 1, 0).astype(np.uint8)
     image = slicer.vtkOrientedImageData()
-    image.SetDimensions(*map(int, count))
-    image.SetOrigin(*map(float, low))
-    image.SetSpacing(step, step, step)
-    image.GetPointData().SetScalars(numpy_to_vtk(mask.ravel(), deep=True, array_type=vtk.VTK_UNSIGNED_CHAR))
+    image.SetDimensions(count, count, count)
+    image.SetImageToWorldMatrix(matrix_of(matrix))
+    labels = numpy_to_vtk(holds.astype(np.uint8), deep=True, array_type=vtk.VTK_UNSIGNED_CHAR)
+    image.GetPointData().SetScalars(labels)
     node = scene.AddNewNodeByClass("vtkMRMLSegmentationNode", name)
     node.CreateDefaultDisplayNodes()
     node.AddSegmentFromBinaryLabelmapRepresentation(image, "organ")

@@ -7,10 +7,12 @@ import pytest
 import slicer
 import vtk
 from outcome_example import grids, organ, outcome, segmentation_node, splat_node, true_world_points, world_points
+from scipy.spatial import cKDTree
 from vtk.util.numpy_support import vtk_to_numpy
 
 from organphys.ground.checks import InputError
-from OrganPhysRegistrationLib.outputs.apply_transform import apply_to, take_out
+from organphys.ground.frames import rotation_about
+from OrganPhysRegistrationLib.outputs.apply_transform import apply_to, harden, take_out
 from OrganPhysRegistrationLib.outputs.case_exports import export_transform
 from OrganPhysRegistrationLib.outputs.case_nodes import write_grids, write_outcome
 from OrganPhysRegistrationLib.outputs.geometry import point_cloud, points_of
@@ -120,15 +122,35 @@ def test_hardened_markups_follow_the_organ(case, inside, scene):
     assert np.abs(at - true_world_points(case, inside[:5])).max() < EXACT_MM
 
 
-def test_hardened_tumour_segment_follows_the_organ(case, scene):
+@pytest.mark.parametrize("turn", [np.eye(3), rotation_about(np.array([1.0, 2, 3]), 0.8)], ids=["straight", "oblique"])
+def test_hardened_segments_follow_the_organ_whole(case, scene, turn):
     centre = organ().vertices.mean(0) + np.array([15.0, 0, 5])
-    tumour = segmentation_node(scene, "tumour", lambda at: np.linalg.norm(at - centre, axis=1) < 14)
-    image = tumour.GetSegmentation().GetNthSegment(0).GetRepresentation("Binary labelmap")
-    true = true_world_points(case, _voxels(image)).mean(0)
+    tumour = segmentation_node(scene, "tumour", lambda p: np.linalg.norm(p - centre, axis=1) < 18, turn=turn, step=3)
+    before = _voxels(tumour)
     apply_to(case, tumour)
-    tumour.HardenTransform()
-    moved = tumour.GetSegmentation().GetNthSegment(0).GetRepresentation("Binary labelmap")
-    assert np.linalg.norm(_voxels(moved).mean(0) - true) < 0.4  # voxels of 4 mm
+    harden(case, tumour)
+    assert tumour.GetParentTransformNode() is None
+    after, true = _voxels(tumour), true_world_points(case, before)
+    assert np.linalg.norm(after.mean(0) - _true_centroid(case, before)) < 0.2  # voxels of 3 mm
+    assert len(after) == pytest.approx(len(before), rel=0.05)
+    assert cKDTree(after).query(true)[0].max() < 3
+    with pytest.raises(InputError, match="apply"):
+        harden(case, tumour)
+
+
+def test_segments_that_share_a_label_map_keep_their_labels(case, scene):
+    half = organ().vertices.mean(0)[0]
+    node = segmentation_node(scene, "halves", lambda p: (p[:, 0] < half) & (organ().outside_distance_mm(p) == 0))
+    other = segmentation_node(scene, "other", lambda p: (p[:, 0] >= half) & (organ().outside_distance_mm(p) == 0))
+    node.GetSegmentation().CopySegmentFromSegmentation(
+        other.GetSegmentation(), other.GetSegmentation().GetNthSegmentID(0)
+    )
+    node.GetSegmentation().CollapseBinaryLabelmaps(True)
+    before = [_voxels(node, k) for k in (0, 1)]
+    apply_to(case, node)
+    harden(case, node)
+    for k in (0, 1):
+        assert np.linalg.norm(_voxels(node, k).mean(0) - _true_centroid(case, before[k])) < 0.2  # voxels of 4 mm
 
 
 def test_node_under_another_transform_is_refused_or_keeps_it(case, inside, scene):
@@ -161,14 +183,21 @@ def _inputs_of(case):
     return {"segmentation": case.segmentation, "segment_id": case.segment_id, "splat": case.splat}
 
 
-def _voxels(image) -> np.ndarray:
-    """Centres (N, 3) of the labelled voxels of an oriented image, mm."""
-    i, j, k = image.GetDimensions()
-    labelled = np.argwhere(vtk_to_numpy(image.GetPointData().GetScalars()).reshape(k, j, i) > 0)[:, ::-1]
-    extent, matrix = np.array(image.GetExtent())[::2], vtk.vtkMatrix4x4()
+def _voxels(segmentation, k: int = 0) -> np.ndarray:
+    """Centres (N, 3) of a segment's voxels, mm."""
+    image, matrix = slicer.vtkOrientedImageData(), vtk.vtkMatrix4x4()
+    segmentation.GetBinaryLabelmapRepresentation(segmentation.GetSegmentation().GetNthSegmentID(k), image)
+    labels = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(image.GetDimensions()[::-1])
     image.GetImageToWorldMatrix(matrix)
+    indices = np.argwhere(labels > 0)[:, ::-1] + np.array(image.GetExtent())[::2]
     m = slicer.util.arrayFromVTKMatrix(matrix)
-    return (labelled + extent) @ m[:3, :3].T + m[:3, 3]
+    return indices @ m[:3, :3].T + m[:3, 3]
+
+
+def _true_centroid(case, voxels) -> np.ndarray:
+    """Centroid of the deformed voxels, whose volumes differ."""
+    volumes = np.linalg.det(organ().deformation_gradient(voxels))
+    return np.average(true_world_points(case, voxels), axis=0, weights=volumes)
 
 
 def _translation(x, y, z):

@@ -9,6 +9,7 @@ import vtk
 from organphys.ground.checks import InputError
 
 from .case_record import CASE, ROLE, CaseNodes
+from .deformed_labels import LABELS, deform_segmentation
 from .overlay_frame import frame_above
 
 KEPT_PARENT = "OrganPhys.KeptParent"
@@ -38,6 +39,25 @@ def apply_to(case: CaseNodes, node: Any, *, keep_parent: bool = False) -> None:
         )
 
 
+def harden(case: CaseNodes, node: Any) -> None:
+    """Write the transform of ``apply_to`` into the node's data and take it out; it stays where it is shown.
+
+    Use this rather than Slicer's own hardening for segmentations: that one may cut pieces off (see deformed_labels).
+    """
+    parent = node.GetParentTransformNode()
+    if not _stands_under(node, case.node("ct_to_scene")):
+        raise InputError(f"{node.GetName()}: does not stand under {case.node('ct_to_scene').GetName()}; apply it first")
+    if node.IsA("vtkMRMLSegmentationNode") and _holds_labels(node):
+        to_world = vtk.vtkGeneralTransform()
+        parent.GetTransformToWorld(to_world)
+        deform_segmentation(node, to_world)
+        node.SetAndObserveTransformNodeID(None)
+    else:
+        node.HardenTransform()
+    if parent.GetNodeReferenceID(KEPT_PARENT) is not None:
+        case.scene.RemoveNode(parent)
+
+
 def take_out(case: CaseNodes, node: Any) -> None:
     """Undo ``apply_to``: the node stands in the CT again, under the parent that it had."""
     transform, parent = case.node("ct_to_scene"), node.GetParentTransformNode()
@@ -60,6 +80,10 @@ def _checked(node: Any) -> Any:
     if node.GetAttribute(CASE) and node.GetAttribute(ROLE):
         raise InputError(f"{node.GetName()}: is a result of the registration itself; choose a node of the CT")
     return node
+
+
+def _holds_labels(segmentation: Any) -> bool:
+    return str(segmentation.GetSegmentation().GetSourceRepresentationName()) == LABELS
 
 
 def _stands_under(node: Any, transform: Any) -> bool:

@@ -18,6 +18,7 @@ from ..inputs.matrices import matrix_of
 from .case_record import CaseNodes
 from .geometry import Array
 from .overlay_frame import world_from
+from .transform_nodes import grid_transform
 from .volume_node import asset_bytes
 
 FRAMES = ("world", "scene")
@@ -90,11 +91,9 @@ def _whole_displacement(transform: Any) -> Any:
     transform.TransformPoints(places, moved)
     vectors = vtk_to_numpy(moved.GetData()) - vtk_to_numpy(places.GetData())
     image.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(vectors), deep=True))
-    whole = slicer.vtkOrientedGridTransform()
-    whole.SetDisplacementGridData(image)
+    whole = grid_transform(image)
     if turn is not None:
         whole.SetGridDirectionMatrix(turn)
-    whole.SetInterpolationModeToCubic()
     return whole
 
 

@@ -1,6 +1,8 @@
 """Transforms of a case: CT to scene (elastic grid, then similarity), its inverse, and the splat in CT millimetres.
 
-All in RAS mm and in Slicer's direction: a node placed under one of them is moved to the second frame of its name.
+All in RAS mm and in Slicer's direction: a node placed under one of them is moved to the second frame of its name. The
+inverse solves the forward grid at every point (VTK's Newton steps, to 0.01 mm) and is saved and loaded as such: a
+second grid, sampled from the inverse, would be off by up to some tenths of a millimetre where the organ folds.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from .node_factory import ensure
 KIND = "OrganPhys.Transform"
 ELASTIC, SIMILARITY, PENDING = "elastic", "similarity", "similarity only: the elastic part is not sampled yet"
 MB = 1e6
+INVERSE_MM = 0.01
 
 
 def write_transforms(case: CaseNodes, grids: Any) -> None:
@@ -30,40 +33,44 @@ def write_transforms(case: CaseNodes, grids: Any) -> None:
     forward, inverse, splat_to_ct = (ensure(case, role) for role in ("ct_to_scene", "scene_to_ct", "splat_to_ct_mm"))
     forward.SetAndObserveTransformNodeID(case.node("overlay_frame").GetID())
     splat_to_ct.SetMatrixTransformToParent(matrix_of(np.linalg.inv(T_scene_ct)))
-    if grids is not None:
-        set_composite(forward, grids.forward, T_overlay_ct, grid_first=True)
-        set_composite(inverse, grids.inverse, np.linalg.inv(T_overlay_ct), grid_first=False)
-    else:
-        set_linear(forward, T_overlay_ct)
-        set_linear(inverse, np.linalg.inv(T_overlay_ct))
+    image = None if grids is None else displacement_image(grids.forward)
+    set_parts(forward, T_overlay_ct, image)
+    set_parts(inverse, T_overlay_ct, image, invert=True)
     kind = ELASTIC if grids is not None else PENDING if record["stage"] == "elastic" else SIMILARITY
-    _state(forward, kind, scale_of(T_overlay_ct), None if grids is None else grids.forward)
-    _state(inverse, kind, scale_of(T_overlay_ct), None if grids is None else grids.inverse)
+    for node in (forward, inverse):
+        _state(node, kind, scale_of(T_overlay_ct), None if grids is None else grids.forward)
 
 
-def set_linear(node: Any, matrix: Array) -> None:
-    """To-parent matrix (4, 4), also for a node that holds a composite now (SetMatrixTransformToParent refuses that)."""
+def set_parts(node: Any, matrix: Array, image: Any, *, invert: bool = False) -> None:
+    """To-parent transform of a node: displacements on a grid (None: none), then a similarity (4, 4); or its inverse."""
     linear = vtk.vtkTransform()
-    linear.SetMatrix(matrix_of(matrix))
-    node.SetAndObserveTransformToParent(linear)
-
-
-def set_composite(node: Any, grid: Any, matrix: Array, *, grid_first: bool) -> None:
-    """To-parent transform of a displacement grid and a similarity (4, 4), in the order given."""
-    linear = vtk.vtkTransform()
-    linear.SetMatrix(matrix_of(matrix))
-    both = vtk.vtkGeneralTransform()
+    linear.SetMatrix(matrix_of(np.linalg.inv(matrix) if invert else matrix))
+    if image is None:  # SetMatrixTransformToParent would refuse a node that holds a composite
+        node.SetAndObserveTransformToParent(linear)
+        return
+    grid, both = grid_transform(image), vtk.vtkGeneralTransform()
     both.PostMultiply()
-    for part in (grid_transform(grid), linear) if grid_first else (linear, grid_transform(grid)):
+    if invert:
+        grid.Inverse()
+    for part in (linear, grid) if invert else (grid, linear):
         both.Concatenate(part)
     node.SetAndObserveTransformToParent(both)
 
 
-def grid_transform(grid: Any) -> Any:
-    """A ``DisplacementGrid`` as VTK transform; plain vtkGridTransform could not be saved by Slicer.
+def grid_transform(image: Any) -> Any:
+    """Displacement image, mm, as VTK transform; plain vtkGridTransform could not be saved by Slicer.
 
     Cubic between the nodes, as Slicer reads it from a file: the same result before and after saving.
     """
+    transform = slicer.vtkOrientedGridTransform()
+    transform.SetDisplacementGridData(image)
+    transform.SetInterpolationModeToCubic()
+    transform.SetInverseTolerance(INVERSE_MM)
+    return transform
+
+
+def displacement_image(grid: Any) -> Any:
+    """A ``DisplacementGrid`` as VTK image, mm."""
     vectors = np.asarray(grid.vectors)
     image = vtk.vtkImageData()
     image.SetOrigin(*map(float, grid.origin))
@@ -72,24 +79,20 @@ def grid_transform(grid: Any) -> Any:
     data = numpy_to_vtk(np.ascontiguousarray(vectors).reshape(-1, 3), deep=True)
     data.SetName("displacement_mm")
     image.GetPointData().SetScalars(data)
-    transform = slicer.vtkOrientedGridTransform()
-    transform.SetDisplacementGridData(image)
-    transform.SetInterpolationModeToCubic()
-    return transform
+    return image
 
 
 def grid_rows(grids: Any) -> list[tuple[str, float, str]]:
-    """Metric, value and unit of how well the grids stand for the mapping, for the metrics table."""
-    rows = []
-    for name, grid in (("CT to scene", grids.forward), ("scene to CT", grids.inverse)):
-        rows += [
-            (f"{name}: sampling error inside, largest", float(grid.error_mm["max"]), "mm"),
-            (f"{name}: sampling error inside, 95 %", float(grid.error_mm["p95"]), "mm"),
-            (f"{name}: sampling error within 30 mm outside, largest", float(grid.error_outside_mm["max"]), "mm"),
-            (f"{name}: grid spacing", float(np.max(grid.spacing)), "mm"),
-            (f"{name}: grid memory", np.asarray(grid.vectors).nbytes / MB, "MB"),
-        ]
-    return rows
+    """Metric, value and unit of how well the grid stands for the mapping, for the metrics table."""
+    grid = grids.forward
+    return [
+        ("sampling error inside, largest", float(grid.error_mm["max"]), "mm"),
+        ("sampling error inside, 95 %", float(grid.error_mm["p95"]), "mm"),
+        ("sampling error within 30 mm outside, largest", float(grid.error_outside_mm["max"]), "mm"),
+        ("inversion tolerance", INVERSE_MM, "mm"),
+        ("grid spacing", float(np.max(grid.spacing)), "mm"),
+        ("grid memory", np.asarray(grid.vectors).nbytes / MB, "MB"),
+    ]
 
 
 def _state(node: Any, kind: str, scale: float, grid: Any) -> None:
