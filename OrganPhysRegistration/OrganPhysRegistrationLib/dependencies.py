@@ -84,14 +84,14 @@ def _install(missing: tuple[Package, ...]) -> None:
         f"Download and install them now (about {size} MB)? Nothing that Slicer brings is changed."
     )
     if not slicer.util.confirmOkCancelDisplay(question, windowTitle="Install Python packages"):
-        raise DependencyError(f"{REQUESTER} cannot run without {_names(missing)}: press Apply again and accept.")
+        raise DependencyError(f"{REQUESTER} cannot run without {_names(missing)}: press Register again and accept.")
     logging.info("OrganPhys: installing %s", _names(missing))
     try:
         _pip(missing)
     except (RuntimeError, OSError, subprocess.SubprocessError) as error:
         logging.error("OrganPhys: %s", error)
         raise DependencyError(
-            f"{_names(missing)} could not be installed: check the internet connection (or the proxy) and press Apply "
+            f"{_names(missing)} could not be installed: check the internet connection (or the proxy) and press Register "
             "again; Slicer's log has the details. Slicer itself is unchanged."
         ) from error
     importlib.invalidate_caches()
@@ -150,4 +150,4 @@ def _ensure_torch() -> None:
     torch_logic = importlib.import_module("PyTorchUtils").PyTorchUtilsLogic()
     torch = torch_logic.installTorch(askConfirmation=True, torchVersionRequirement=TORCH)
     if torch is None:
-        raise DependencyError(f"PyTorch was not installed: press Apply again and accept, {other}.")
+        raise DependencyError(f"PyTorch was not installed: press Register again and accept, {other}.")

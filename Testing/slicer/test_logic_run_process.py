@@ -112,7 +112,7 @@ def test_cancel_with_nothing_under_way_stops_at_once(process: RunProcess) -> Non
 def test_a_failing_child_is_told_and_started_again(ask: Callable, process: RunProcess, do: str, told: str) -> None:
     failed = ask(do)
     assert (failed["event"], failed["code"]) == ("failed", "internal")
-    assert told in failed["message"] and "press Apply" in failed["message"]
+    assert told in failed["message"] and "press Register" in failed["message"]
     assert not process.running
     assert ask("echo")["event"] == "done"
     assert process.generation == 2

@@ -122,7 +122,7 @@ class RegistrationRun:
 
     def _transform_failed(self, message: str) -> None:
         self._end()
-        self._tell.failed("transform", f"The transform is missing: {sentence(message)} Press Apply to make it.")
+        self._tell.failed("transform", f"The transform is missing: {sentence(message)} Press Register to make it.")
 
     def _node_removed(self, name: str) -> None:
         if self.state != "sampling":  # then the result stands already
@@ -140,7 +140,7 @@ class RegistrationRun:
         elif isinstance(error, InputError):
             self._give_up("input", sentence(str(error)))
         else:
-            self._give_up("internal", f"The registration failed ({error}): see Slicer's log, then press Apply again.")
+            self._give_up("internal", f"The registration failed ({error}): see Slicer's log, then press Register again.")
 
     def _child_failed(self, code: str, message: str) -> None:
         self._give_up(code, sentence(message))

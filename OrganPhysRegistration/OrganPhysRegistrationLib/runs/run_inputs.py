@@ -84,7 +84,7 @@ def _value(choice: Any) -> str:
 
 def _camera_position(text: str) -> tuple[float, float, float]:
     if not text:
-        raise InputError('camera: no view taken yet; press "Use the current 3D view" or choose the scene origin')
+        raise InputError('camera: no view taken yet; press "Use 3D view" or choose the scene origin')
     try:
         x, y, z = (float(number) for number in json.loads(text))
     except (ValueError, TypeError) as error:

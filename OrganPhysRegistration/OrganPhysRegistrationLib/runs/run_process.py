@@ -101,7 +101,7 @@ class RunProcess:
             event = _event(line)
         except ValueError as error:
             logging.error("OrganPhys: the registration process sent %s", error)
-            self._fail("internal", "the registration process gave an answer that cannot be read; press Apply again")
+            self._fail("internal", "the registration process gave an answer that cannot be read; press Register again")
             return
         if event["event"] == "ready":
             self._become_ready(event)
@@ -122,10 +122,10 @@ class RunProcess:
 
     def _ended(self, reason: str) -> None:
         what = "ended unexpectedly" if self.ready else "could not start"
-        self._fail("internal", f"the registration process {what} ({reason}); press Apply to start it again")
+        self._fail("internal", f"the registration process {what} ({reason}); press Register to start it again")
 
     def _start_took_too_long(self) -> None:
-        message = f"the registration process was not ready after {START_MS // 1000} s; press Apply to start it again"
+        message = f"the registration process was not ready after {START_MS // 1000} s; press Register to start it again"
         self._fail("internal", message)
 
     def _cancel_took_too_long(self) -> None:
