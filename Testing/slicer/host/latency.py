@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 from PySide6 import QtCore
 
@@ -18,6 +19,8 @@ TICK_MS = 5
 class LatencyMeter:
     """``longest``: seconds between two turns of the event loop, the longest so far; ``turns``: how many were seen.
 
+    Time in which the thread could have run but other processes had the processors does not count: it says how busy the
+    machine is, not how long the program keeps its user waiting.
     ``blocked_at``: tracebacks of the main thread, taken where it had blocked the loop for ``trace_after`` seconds.
     """
 
@@ -30,11 +33,11 @@ class LatencyMeter:
 def latency_meter(trace_after: float = 0.15) -> Iterator[LatencyMeter]:
     """Measure within a block, while the event loop runs (``wait``, ``wait_until``): a 5 ms timer marks its turns."""
     meter, timer = LatencyMeter(), QtCore.QTimer()
-    last = time.monotonic()
+    last = _own_time()
 
     def tick() -> None:
         nonlocal last
-        now = time.monotonic()
+        now = _own_time()
         meter.longest, meter.turns, last = max(meter.longest, now - last), meter.turns + 1, now
         faulthandler.dump_traceback_later(trace_after, file=traces)  # a C thread: it needs no GIL to look
 
@@ -50,3 +53,10 @@ def latency_meter(trace_after: float = 0.15) -> Iterator[LatencyMeter]:
             faulthandler.cancel_dump_traceback_later()
             traces.seek(0)
             meter.blocked_at = traces.read()
+
+
+def _own_time() -> float:
+    """Seconds on a clock that stands still while this thread waits for a processor."""
+    schedule = Path("/proc/thread-self/schedstat")  # ns run, ns waited for a processor, time slices
+    waited = int(schedule.read_text().split()[1]) if schedule.exists() else 0
+    return time.monotonic() - 1e-9 * waited

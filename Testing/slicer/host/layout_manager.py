@@ -1,4 +1,4 @@
-"""Stand-in for ``slicer.app.layoutManager()`` with real offscreen views, made on first use."""
+"""Stand-in for ``slicer.app.layoutManager()`` with real offscreen views; slice views are made on first use."""
 
 from __future__ import annotations
 

@@ -45,6 +45,7 @@ class Host:
 
     def __init__(self) -> None:
         self.app = application.install()
+        self.app.layoutManager().threeDWidget(0)  # it is there before any node, as in Slicer
         self.modules: dict[str, LoadedModule] = {}
 
     @property
