@@ -91,8 +91,8 @@ def _install(missing: tuple[Package, ...]) -> None:
     except (RuntimeError, OSError, subprocess.SubprocessError) as error:
         logging.error("OrganPhys: %s", error)
         raise DependencyError(
-            f"{_names(missing)} could not be installed: check the internet connection (or the proxy) and press Register "
-            "again; Slicer's log has the details. Slicer itself is unchanged."
+            f"{_names(missing)} could not be installed: check the internet connection (or the proxy) and press "
+            "Register again; Slicer's log has the details. Slicer itself is unchanged."
         ) from error
     importlib.invalidate_caches()
     left = missing_packages()

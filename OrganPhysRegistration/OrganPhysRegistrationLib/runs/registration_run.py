@@ -140,7 +140,9 @@ class RegistrationRun:
         elif isinstance(error, InputError):
             self._give_up("input", sentence(str(error)))
         else:
-            self._give_up("internal", f"The registration failed ({error}): see Slicer's log, then press Register again.")
+            self._give_up(
+                "internal", f"The registration failed ({error}): see Slicer's log, then press Register again."
+            )
 
     def _child_failed(self, code: str, message: str) -> None:
         self._give_up(code, sentence(message))
