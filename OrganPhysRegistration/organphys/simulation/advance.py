@@ -74,7 +74,7 @@ def advance(
             terms = contact_terms(
                 body, state, samples, motion.tools, motion.owner, old, new, motion.after, options, scheme.h
             )
-        potential = IncrementalPotential.of_step(body, options, scheme, state.z, terms)
+        potential = IncrementalPotential.of_step(body, options, scheme, terms)
         solved = minimise(potential, (scheme.predicted, state.z), cache)
         missed = np.setdiff1d(near_samples(body, solved.at.z, new, options.contact_gap), samples)
         if not len(missed):

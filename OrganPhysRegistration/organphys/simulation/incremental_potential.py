@@ -41,13 +41,13 @@ class IncrementalPotential:
 
     @classmethod
     def of_step(
-        cls, body: Body, options: SimulationOptions, scheme: SchemeStep, z: Array, contact: ContactTerms | None
+        cls, body: Body, options: SimulationOptions, scheme: SchemeStep, contact: ContactTerms | None
     ) -> IncrementalPotential:
-        """The potential of a step that starts at Z (n, 3)."""
+        """The potential of a step of the scheme."""
         viscosity = None
         if options.stiffness_damping > 0:
-            start = body.strain.gradients(z)
-            old = start if scheme.old is z else body.strain.gradients(scheme.old)
+            start = body.strain.gradients(scheme.lagged)
+            old = start if scheme.old is scheme.lagged else body.strain.gradients(scheme.old)
             viscosity = Viscosity(options.stiffness_damping / scheme.h, start, old)
         return cls(body, options, scheme, viscosity, contact)
 
@@ -60,6 +60,11 @@ class IncrementalPotential:
     def drag(self) -> float:
         """Mass damping alpha m / h, N/m."""
         return self.options.mass_damping * self.body.mass / self.scheme.h
+
+    @property
+    def rounding(self) -> float:
+        """How exactly the elastic energy is known near rest, J: its density is a small difference of large numbers."""
+        return 1e-14 * self.body.tissue.material.mu * float(self.body.strain.weights.sum())
 
     def evaluate(self, z: Array) -> Evaluation:
         """Energy and gradient at Z (n, 3)."""

@@ -82,10 +82,7 @@ def detail_state(state: BodyState, old: Body, new: Body) -> BodyState:
     project = np.zeros((size, old.basis.size))
     project[:n, :n] = np.eye(n)
     if old.basis.local is not None and new.basis.local is not None:
-        points, weights = new.strain.points, new.strain.weights
-        phi = new.basis.phi(points)
-        old_local = old.basis.local_values(phi[:, :n], old.basis.local.functions.values(points))
-        project[n:, n:] = phi[:, n:].T @ ((weights / weights.sum())[:, None] * old_local)
+        project[n:, n:] = _local_products(new, old)
     return replace(
         state,
         z=project @ state.z,
@@ -93,6 +90,16 @@ def detail_state(state: BodyState, old: Body, new: Body) -> BodyState:
         z_before=project @ state.z_before,
         velocity_before=project @ state.velocity_before,
     )
+
+
+def _local_products(new: Body, old: Body) -> Array:
+    """Mass products (k', k) of the local columns of two bodies, the other columns being orthonormal."""
+    ours, theirs = new.basis.local, old.basis.local
+    assert ours is not None and theirs is not None
+    share = (new.strain.weights / new.strain.weights.sum())[:, None]
+    points = new.strain.points
+    products = ours.functions.values(points).T @ (share * theirs.functions.values(points))
+    return ours.mixing.T @ products @ theirs.mixing - ours.overlap.T @ theirs.overlap
 
 
 def contact_centre(body: Body, state: BodyState) -> Array | None:

@@ -101,7 +101,7 @@ def _line_search(potential: IncrementalPotential, at: Evaluation, direction: Arr
         z = at.z + step * direction
         if potential.admissible(z):
             trial = potential.evaluate(z)
-            bound = at.energy + SUFFICIENT * step * slope + ROUNDING * abs(at.energy)
+            bound = at.energy + SUFFICIENT * step * slope + ROUNDING * abs(at.energy) + potential.rounding
             if trial.energy <= bound and np.isfinite(trial.gradient).all():
                 return trial, k + 1
         step *= 0.5

@@ -14,12 +14,12 @@ from .simulation_basis import SimulationBasis
 class Pin:
     """All tissue within ``radius`` m of ``centre`` (3,), m in the scene; ``stiffness`` N/m of the whole region."""
 
-    centre: Array
+    centre: tuple[float, float, float]
     radius: float
     stiffness: float = 2e4
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "centre", as_vector(self.centre, "pin centre"))
+        object.__setattr__(self, "centre", tuple(as_vector(self.centre, "pin centre").tolist()))
         as_positive(self.radius, "pin radius")
         as_positive(self.stiffness, "pin stiffness")
 
@@ -31,11 +31,11 @@ def pinned_points(pins: tuple[Pin, ...], points: Array) -> tuple[Array, Array]:
     """
     held, springs = [np.zeros((0, 3))], [np.zeros(0)]
     for pin in pins:
-        distance = np.sqrt(((points - pin.centre) ** 2).sum(1))
+        distance = np.sqrt(((points - np.array(pin.centre)) ** 2).sum(1))
         inside = points[distance <= pin.radius]
         if not len(inside):
             raise InputError(
-                f"pin at {np.round(pin.centre, 4).tolist()} m: no tissue within its {1000 * pin.radius:g} mm, the "
+                f"pin at {[round(x, 4) for x in pin.centre]} m: no tissue within its {1000 * pin.radius:g} mm, the "
                 f"nearest is {1000 * distance.min():.1f} mm away; move it or make it larger"
             )
         held.append(inside)

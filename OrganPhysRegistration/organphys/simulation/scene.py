@@ -47,7 +47,7 @@ class Scene:
         """This scene with one body exchanged; on another basis its state must be ``transferred``."""
         return replace(self, bodies=(*self.bodies[:index], body, *self.bodies[index + 1 :]))
 
-    def notices(self, state: SceneState) -> tuple[Notice, ...]:
+    def notices(self) -> tuple[Notice, ...]:
         """What the user should know before the run."""
         out = []
         if self.options.gravity.any():

@@ -23,7 +23,7 @@ Numbers = NDArray[np.floating]
 
 
 class Viscosity(NamedTuple):
-    """Factor beta / h (1), gradients F (3, 3, Q) at the start of the step and F of the old position of the scheme."""
+    """Factor beta / h (1), gradients F (3, 3, Q) that the rate is measured in and F of the scheme's old position."""
 
     factor: float
     start: Array

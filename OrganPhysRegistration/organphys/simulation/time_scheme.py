@@ -14,11 +14,13 @@ from .state import BodyState
 
 
 class SchemeStep(NamedTuple):
-    """``old`` (n, 3) and ``old_velocity`` (n, 3) combine the past states; ``h`` in s."""
+    """``old`` (n, 3) and ``old_velocity`` (n, 3) combine the past states; ``h`` in s; ``lagged`` (n, 3): coordinates
+    for what a step takes from the past (viscosity), to the order of the scheme."""
 
     old: Array
     old_velocity: Array
     h: float
+    lagged: Array
 
     @property
     def predicted(self) -> Array:
@@ -33,5 +35,6 @@ def scheme_step(scheme: str, state: BodyState, dt: float) -> SchemeStep:
     """
     if scheme == "bdf2" and abs(state.dt_before - dt) <= 1e-9 * dt:
         old = (4 * state.z - state.z_before) / 3
-        return SchemeStep(old, (4 * state.velocity - state.velocity_before) / 3, 2 * dt / 3)
-    return SchemeStep(state.z, state.velocity, dt)
+        old_velocity = (4 * state.velocity - state.velocity_before) / 3
+        return SchemeStep(old, old_velocity, 2 * dt / 3, 2 * state.z - state.z_before)
+    return SchemeStep(state.z, state.velocity, dt, state.z)
