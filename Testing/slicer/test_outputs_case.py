@@ -99,6 +99,7 @@ def test_metrics_table_has_units_and_warnings_in_words(case):
     rows = [tuple(table.GetValue(i, k).ToString() for k in range(4)) for i in range(table.GetNumberOfRows())]
     assert names == ["stage", "metric", "value", "unit"]
     assert ("elastic", "mean CT to splat", "1.235", "mm") in rows
+    assert ("elastic", "min det F", "0.9", "no unit") in rows
     assert ("warning", "twist ambiguous", "Another pose fits almost as well.", "") in rows
     assert any("sampling error inside" in metric and unit == "mm" for _, metric, _, unit in rows)
 

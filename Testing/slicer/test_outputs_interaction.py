@@ -51,6 +51,15 @@ def test_live_overlay_hides_the_old_result_meanwhile(case, splat):
     assert not case.node("surface_coarse").GetDisplayVisibility()
 
 
+def test_live_overlay_leaves_a_new_result_as_it_is_shown(case, splat):
+    show_stage(case, "rigid")
+    live = LiveOverlay(splat, organ().faces, case)
+    write_outcome(outcome(), segmentation=case.segmentation, segment_id=case.segment_id, splat=splat)
+    live.remove()
+    assert case.node("surface_elastic").GetDisplayVisibility()
+    assert not case.node("surface_rigid").GetDisplayVisibility()
+
+
 def test_live_overlay_survives_a_closed_scene(splat, host):
     live = LiveOverlay(splat, organ().faces)
     live.update(organ().scene_vertices)

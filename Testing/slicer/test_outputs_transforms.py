@@ -12,10 +12,14 @@ from vtk.util.numpy_support import vtk_to_numpy
 
 from organphys.ground.checks import InputError
 from organphys.ground.frames import rotation_about
+from OrganPhysRegistrationLib.inputs.splat_scale import set_scale
 from OrganPhysRegistrationLib.outputs.apply_transform import apply_to, harden, take_out
 from OrganPhysRegistrationLib.outputs.case_exports import export_transform
-from OrganPhysRegistrationLib.outputs.case_nodes import write_grids, write_outcome
+from OrganPhysRegistrationLib.outputs.case_nodes import CaseNodes, write_grids, write_outcome
+from OrganPhysRegistrationLib.outputs.follow_splat import follow_splat
 from OrganPhysRegistrationLib.outputs.geometry import point_cloud, points_of
+from OrganPhysRegistrationLib.outputs.overlay_frame import set_overlay
+from OrganPhysRegistrationLib.outputs.volume_node import asset_of
 
 EXACT_MM = 0.1
 
@@ -51,6 +55,27 @@ def test_ct_to_scene_is_the_organs_mapping(case, inside):
 def test_scene_to_ct_is_its_inverse(case, inside):
     back = world_points(case.node("scene_to_ct"), true_world_points(case, inside))
     assert np.linalg.norm(back - inside, axis=1).max() < EXACT_MM
+
+
+@pytest.mark.parametrize("reload", [False, True])
+def test_results_follow_the_splat_to_another_scale(case, inside, host, tmp_path, reload):
+    if reload:
+        slicer.util.saveScene(str(tmp_path / "case.mrb"))
+        host.clear_scene()
+        slicer.util.loadScene(str(tmp_path / "case.mrb"))
+        case = CaseNodes.find()
+    assert not follow_splat(case)
+    set_overlay(case, "CT")
+    set_scale(case.splat, 40.0, "stated")
+    assert follow_splat(case)
+    set_overlay(case, "endoscope")
+    true = true_world_points(case, inside)
+    assert np.abs(points_of(case.node("volume").GetPolyData())[::7] - true).max() < 1e-3
+    assert np.linalg.norm(world_points(case.node("ct_to_scene"), inside) - true, axis=1).max() < EXACT_MM
+    assert np.linalg.norm(world_points(case.node("scene_to_ct"), true) - inside, axis=1).max() < EXACT_MM
+    assert asset_of(case).name == "ellipsoid"
+    similarity = np.array(case.record["T_overlay_scene"])
+    assert np.cbrt(np.linalg.det(similarity[:3, :3])) == pytest.approx(40)
 
 
 def test_far_from_the_organ_the_similarity_holds(case):
@@ -96,8 +121,6 @@ def test_nrrd_file_holds_the_whole_displacement(case, inside, tmp_path):
 
 
 def test_overlay_does_not_change_what_is_exported(case, inside, tmp_path):
-    from OrganPhysRegistrationLib.outputs.overlay_frame import set_overlay
-
     true = true_world_points(case, inside)
     set_overlay(case, "CT")
     export_transform(case, tmp_path / "transform.h5")

@@ -18,7 +18,7 @@ from ..inputs.matrices import matrix_of
 from .case_record import CaseNodes
 from .geometry import Array
 from .overlay_frame import world_from
-from .transform_nodes import grid_transform
+from .transform_nodes import grid_in, like_grid
 from .volume_node import asset_bytes
 
 FRAMES = ("world", "scene")
@@ -66,7 +66,7 @@ def export_transform(case: CaseNodes, path: str | os.PathLike[str], *, inverse: 
         if inverse:
             raise InputError("the inverse as .nrrd is not offered; write it as .h5")
         node = slicer.vtkMRMLGridTransformNode()
-        node.SetAndObserveTransformToParent(_whole_displacement(source.GetTransformToParent()))
+        node.SetAndObserveTransformToParent(_whole_displacement(source))
     else:
         node = slicer.vtkMRMLTransformNode()
         node.SetAndObserveTransformToParent(source.GetTransformToParent())
@@ -77,9 +77,9 @@ def export_transform(case: CaseNodes, path: str | os.PathLike[str], *, inverse: 
             raise InputError(f"{path}: cannot be written; choose a folder that you may write to")
 
 
-def _whole_displacement(transform: Any) -> Any:
+def _whole_displacement(node: Any) -> Any:
     """Grid transform that does alone, within the elastic grid, what grid and similarity do one after the other."""
-    grid = _grid_in(transform)
+    grid, transform = grid_in(node), node.GetTransformToParent()
     if grid is None:
         raise InputError("only an elastic result has a displacement grid; write the transform as .h5")
     image, turn = vtk.vtkImageData(), grid.GetGridDirectionMatrix()
@@ -91,17 +91,7 @@ def _whole_displacement(transform: Any) -> Any:
     transform.TransformPoints(places, moved)
     vectors = vtk_to_numpy(moved.GetData()) - vtk_to_numpy(places.GetData())
     image.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(vectors), deep=True))
-    whole = grid_transform(image)
-    if turn is not None:
-        whole.SetGridDirectionMatrix(turn)
-    return whole
-
-
-def _grid_in(transform: Any) -> Any:
-    if not isinstance(transform, vtk.vtkGeneralTransform):
-        return None
-    parts = [transform.GetConcatenatedTransform(k) for k in range(transform.GetNumberOfConcatenatedTransforms())]
-    return next((part for part in parts if part.IsA("vtkOrientedGridTransform")), None)
+    return like_grid(grid, image)
 
 
 def _nodes_of(image: Any, turn: Any) -> Array:

@@ -54,7 +54,8 @@ def _twists(case: CaseNodes, twists: dict[str, Any]) -> None:
     order, chosen = np.argsort(degrees), int(np.argmin(np.abs(degrees - float(twists["chosen_deg"]))))
     table, marked = ensure(case, "twist_table"), ensure(case, "chosen_twist_table")
     fill_table(table, {TWIST: degrees[order], COST: costs[order]})
-    fill_table(marked, {TWIST: degrees[[chosen]], COST: costs[[chosen]]})
+    twice = [chosen, chosen]  # VTK does not draw a series of a single point
+    fill_table(marked, {TWIST: degrees[twice], COST: costs[twice]})
     name = f"chosen: {degrees[chosen]:.0f} deg"
     series = [
         _series(case, "series_twist", "every twist", table, TWIST, COST, BLUE),

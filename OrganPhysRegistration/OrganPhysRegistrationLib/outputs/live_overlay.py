@@ -28,7 +28,9 @@ class LiveOverlay:
         self._scene, self._mesh = splat.GetScene(), vtk.vtkPolyData()
         self._mesh.SetPolys(cells(faces))
         self._count = int(np.max(faces)) + 1
-        self._hidden = _hide(case) if case is not None else []
+        self._case, self._hidden = case, _shown(case) if case is not None else []
+        for display in self._hidden:
+            display.SetVisibility(False)
         self._node = self._scene.CreateNodeByClass("vtkMRMLModelNode")
         self._node.UnRegister(None)
         self._node.SetName("OrganPhys live overlay")
@@ -54,9 +56,10 @@ class LiveOverlay:
         """Take the model out of the scene and show the case's surfaces again."""
         if self._present():
             remove(self._scene, self._node)
-        for display in self._hidden:
-            if self._scene.IsNodePresent(display):
-                display.SetVisibility(True)
+        if self._case is not None and not _shown(self._case):  # else a new result is shown already
+            for display in self._hidden:
+                if self._scene.IsNodePresent(display):
+                    display.SetVisibility(True)
         self._hidden = []
 
     def _present(self) -> bool:
@@ -73,10 +76,7 @@ class LiveOverlay:
         self._node.SetAndObserveDisplayNodeID(display.GetID())
 
 
-def _hide(case: CaseNodes) -> list[Any]:
-    """Hide the case's surfaces and colour legends; the display nodes that were visible."""
+def _shown(case: CaseNodes) -> list[Any]:
+    """Display nodes of the case's surfaces that are visible, colour legends among them."""
     displays = [one for node in map(case.get, SURFACES) if node is not None for one in followers(node)]
-    shown = [one for one in displays if one.IsA("vtkMRMLDisplayNode") and one.GetVisibility()]
-    for display in shown:
-        display.SetVisibility(False)
-    return shown
+    return [one for one in displays if one.IsA("vtkMRMLDisplayNode") and one.GetVisibility()]

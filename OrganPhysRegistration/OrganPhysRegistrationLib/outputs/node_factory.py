@@ -24,10 +24,10 @@ KINDS = {
     "case": Kind("vtkMRMLScriptedModuleNode", ""),
     "colours": Kind("vtkMRMLColorTableNode", "distance colours"),
     "overlay_frame": Kind(LINEAR, "overlay frame"),
-    "surface_before": Kind(MODEL, "surface, before"),
-    "surface_coarse": Kind(MODEL, "surface, coarse"),
-    "surface_rigid": Kind(MODEL, "surface, rigid"),
-    "surface_elastic": Kind(MODEL, "surface, elastic"),
+    "surface_before": Kind(MODEL, "surface (before)"),
+    "surface_coarse": Kind(MODEL, "surface (coarse)"),
+    "surface_rigid": Kind(MODEL, "surface (rigid)"),
+    "surface_elastic": Kind(MODEL, "surface (elastic)"),
     "volume": Kind(MODEL, "displaced volume points"),
     "ct_to_scene": Kind(TRANSFORM, "CT to scene"),
     "scene_to_ct": Kind(TRANSFORM, "scene to CT"),
@@ -56,7 +56,7 @@ def ensure(case: CaseNodes, role: str) -> Any:
     kind = KINDS[role]
     node = case.scene.CreateNodeByClass(kind.node_class)
     node.UnRegister(None)
-    node.SetName(f"{case.name}: {kind.title}" if kind.title else "OrganPhys case")
+    node.SetName(f"{case.name} {kind.title}" if kind.title else "OrganPhys case")
     node.SetAttribute(CASE, case.case_id)
     node.SetAttribute(ROLE, role)
     node.SetHideFromEditors(role in HIDDEN)

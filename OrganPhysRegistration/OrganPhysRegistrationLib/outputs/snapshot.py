@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,27 +11,8 @@ from ..inputs.splat_scale import scene_to_world
 from .case_folder import remove_folders
 from .case_record import CASE, ROLE, CaseNodes
 from .geometry import to_parent
-from .node_factory import add_to_folder, followers, remove
-
-REFERENCES = ("segmentation", "splat", "overlay_frame")
-
-
-@dataclass(frozen=True)
-class _Saved:
-    """One node with its content. Data objects are kept, not copied: writing gives nodes new ones and changes none.
-
-    followers: its display and storage nodes. A node that is removed can be added again: it keeps its ID and its
-    references, as long as it went before the nodes it refers to.
-    """
-
-    node: Any
-    followers: tuple[Any, ...]
-    name: str
-    attributes: dict[str, str]
-    data: Any
-    parent: str | None
-    references: dict[str, str | None]
-    displays: tuple[tuple[bool, tuple[float, float]], ...]
+from .node_content import attributes_of, restore_node, save_node, set_attribute
+from .node_factory import remove
 
 
 class SceneSnapshot:
@@ -41,11 +21,11 @@ class SceneSnapshot:
     def __init__(self, case: CaseNodes, splat: Any) -> None:
         self._case, self._splat = case, splat
         self._ids = {node.GetID() for node in _nodes(case.scene)}
-        self._saved = [_save(node) for node in case.nodes()]
+        self._saved = [save_node(node) for node in case.nodes()]
         mover = scene_to_world(splat)
         self._mover_parent = mover.GetTransformNodeID()
         self._mover_matrix = to_parent(mover)
-        self._splat_attributes = _attributes(splat)
+        self._scale = _scale_attributes(splat)
 
     def restore(self, *, drop_new_nodes: bool = False) -> None:
         """Put everything back. ``drop_new_nodes``: also remove every node that came into the scene since."""
@@ -55,7 +35,7 @@ class SceneSnapshot:
             if node not in kept:
                 _remove_or_pass_on(case, node)
         for saved in self._saved:
-            _restore(case, saved)
+            restore_node(case, saved)
         if drop_new_nodes:
             for node in reversed(_nodes(case.scene)):
                 if node.GetID() not in self._ids and case.scene.IsNodePresent(node):
@@ -71,7 +51,8 @@ class SceneSnapshot:
             mover.SetAndObserveTransformNodeID(self._mover_parent)
             if not np.array_equal(to_parent(mover), self._mover_matrix):
                 mover.SetMatrixTransformToParent(matrix_of(self._mover_matrix))
-            _set_attributes(self._splat, self._splat_attributes)
+            for name in {*self._scale, *_scale_attributes(self._splat)}:
+                set_attribute(self._splat, name, self._scale.get(name))
 
 
 def remove_case(case: CaseNodes) -> None:
@@ -100,77 +81,8 @@ def _remove_or_pass_on(case: CaseNodes, node: Any) -> None:
         node.SetAttribute(CASE, other.case_id)
 
 
-def _save(node: Any) -> _Saved:
-    displays = [node.GetNthDisplayNode(k) for k in range(_displays(node))]
-    return _Saved(
-        node=node,
-        followers=tuple(followers(node)),
-        name=node.GetName(),
-        attributes=_attributes(node),
-        data=_data(node),
-        parent=node.GetTransformNodeID() if node.IsA("vtkMRMLTransformableNode") else None,
-        references={role: node.GetNodeReferenceID(role) for role in REFERENCES},
-        displays=tuple((bool(one.GetVisibility()), tuple(one.GetScalarRange())) for one in displays),
-    )
-
-
-def _restore(case: CaseNodes, saved: _Saved) -> None:
-    node = saved.node
-    if not case.scene.IsNodePresent(node):
-        for follower in saved.followers:
-            case.scene.AddNode(follower)
-        case.scene.AddNode(node)
-        add_to_folder(case, node)
-    node.SetName(saved.name)
-    if saved.data is not None and saved.data is not _data(node):
-        _set_data(node, saved.data)
-    if node.IsA("vtkMRMLTransformableNode"):
-        node.SetAndObserveTransformNodeID(saved.parent)
-    for role, identifier in saved.references.items():
-        if node.GetNodeReferenceID(role) != identifier:
-            node.SetNodeReferenceID(role, identifier)
-    for k, (visible, limits) in enumerate(saved.displays[: _displays(node)]):
-        node.GetNthDisplayNode(k).SetVisibility(visible)
-        node.GetNthDisplayNode(k).SetScalarRange(limits)
-    _set_attributes(node, saved.attributes)
-
-
-def _data(node: Any) -> Any:
-    if node.IsA("vtkMRMLLinearTransformNode"):
-        return to_parent(node)
-    if node.IsA("vtkMRMLTransformNode"):
-        return node.GetTransformToParent()
-    if node.IsA("vtkMRMLModelNode"):
-        return node.GetMesh()
-    return node.GetTable() if node.IsA("vtkMRMLTableNode") else None
-
-
-def _set_data(node: Any, data: Any) -> None:
-    if node.IsA("vtkMRMLLinearTransformNode"):
-        node.SetMatrixTransformToParent(matrix_of(data))
-    elif node.IsA("vtkMRMLTransformNode"):
-        node.SetAndObserveTransformToParent(data)
-    elif node.IsA("vtkMRMLModelNode"):
-        node.SetAndObserveMesh(data)
-    else:
-        node.SetAndObserveTable(data)
-
-
-def _displays(node: Any) -> int:
-    return int(node.GetNumberOfDisplayNodes()) if node.IsA("vtkMRMLModelNode") else 0
-
-
-def _attributes(node: Any) -> dict[str, str]:
-    return {name: node.GetAttribute(name) for name in node.GetAttributeNames()}
-
-
-def _set_attributes(node: Any, attributes: dict[str, str]) -> None:
-    for name in node.GetAttributeNames():
-        if name not in attributes:
-            node.RemoveAttribute(name)
-    for name, value in attributes.items():
-        if node.GetAttribute(name) != value:
-            node.SetAttribute(name, value)
+def _scale_attributes(splat: Any) -> dict[str, str]:
+    return {name: value for name, value in attributes_of(splat).items() if name.startswith("OrganPhys.MmPerUnit")}
 
 
 def _nodes(scene: Any) -> list[Any]:

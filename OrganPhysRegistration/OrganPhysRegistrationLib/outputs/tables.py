@@ -14,14 +14,15 @@ from .node_factory import ensure
 from .transform_nodes import grid_rows
 
 COLUMNS = ("stage", "metric", "value", "unit")
-WORDS = {"ct": "CT", "det": "det", "F": "F"}
+WORDS = {"ct": "CT", "trim30": "nearest 70 %,"}
+NO_UNIT = "no unit"
 
 
 def write_metrics(case: CaseNodes, grids: Any) -> None:
     """Fill the metrics table: one row per figure, then the times, then every warning in words."""
     record = case.record
     rows = [
-        (stage, _words(name), _number(entry["value"]), str(entry["unit"]))
+        (stage, _words(name), _number(entry["value"]), _unit(str(entry["unit"])))
         for stage in STAGES
         for name, entry in record["metrics"].get(stage, {}).items()
     ]
@@ -55,6 +56,10 @@ def _column(name: str, values: Sequence[Any]) -> Any:
 
 def _number(value: Any) -> str:
     return f"{float(value):.4g}"
+
+
+def _unit(unit: str) -> str:
+    return NO_UNIT if unit == "1" else unit
 
 
 def _words(name: str) -> str:

@@ -17,6 +17,7 @@ from vtk.util.numpy_support import numpy_to_vtk
 from ..inputs.matrices import matrix_of
 from .case_record import CaseNodes
 from .geometry import Array, scale_of
+from .node_content import set_attribute
 from .node_factory import ensure
 
 KIND = "OrganPhys.Transform"
@@ -33,28 +34,34 @@ def write_transforms(case: CaseNodes, grids: Any) -> None:
     forward, inverse, splat_to_ct = (ensure(case, role) for role in ("ct_to_scene", "scene_to_ct", "splat_to_ct_mm"))
     forward.SetAndObserveTransformNodeID(case.node("overlay_frame").GetID())
     splat_to_ct.SetMatrixTransformToParent(matrix_of(np.linalg.inv(T_scene_ct)))
-    image = None if grids is None else displacement_image(grids.forward)
-    set_parts(forward, T_overlay_ct, image)
-    set_parts(inverse, T_overlay_ct, image, invert=True)
+    set_both(
+        forward, inverse, T_overlay_ct, None if grids is None else grid_transform(displacement_image(grids.forward))
+    )
     kind = ELASTIC if grids is not None else PENDING if record["stage"] == "elastic" else SIMILARITY
     for node in (forward, inverse):
         _state(node, kind, scale_of(T_overlay_ct), None if grids is None else grids.forward)
 
 
-def set_parts(node: Any, matrix: Array, image: Any, *, invert: bool = False) -> None:
-    """To-parent transform of a node: displacements on a grid (None: none), then a similarity (4, 4); or its inverse."""
-    linear = vtk.vtkTransform()
-    linear.SetMatrix(matrix_of(np.linalg.inv(matrix) if invert else matrix))
-    if image is None:  # SetMatrixTransformToParent would refuse a node that holds a composite
-        node.SetAndObserveTransformToParent(linear)
+def set_both(forward: Any, inverse: Any, matrix: Array, grid: Any) -> None:
+    """To-parent transforms of a node and of its inverse: a grid transform (None: none), then a similarity (4, 4)."""
+    there, back = vtk.vtkTransform(), vtk.vtkTransform()
+    there.SetMatrix(matrix_of(matrix))
+    back.SetMatrix(matrix_of(np.linalg.inv(matrix)))
+    if grid is None:  # SetMatrixTransformToParent would refuse a node that holds a composite
+        forward.SetAndObserveTransformToParent(there)
+        inverse.SetAndObserveTransformToParent(back)
         return
-    grid, both = grid_transform(image), vtk.vtkGeneralTransform()
+    forward.SetAndObserveTransformToParent(_composite(grid, there))
+    undo = like_grid(grid, grid.GetDisplacementGrid(), invert=True)
+    inverse.SetAndObserveTransformToParent(_composite(back, undo))
+
+
+def _composite(first: Any, second: Any) -> Any:
+    both = vtk.vtkGeneralTransform()
     both.PostMultiply()
-    if invert:
-        grid.Inverse()
-    for part in (linear, grid) if invert else (grid, linear):
-        both.Concatenate(part)
-    node.SetAndObserveTransformToParent(both)
+    both.Concatenate(first)
+    both.Concatenate(second)
+    return both
 
 
 def grid_transform(image: Any) -> Any:
@@ -69,6 +76,16 @@ def grid_transform(image: Any) -> Any:
     return transform
 
 
+def like_grid(grid: Any, image: Any, *, invert: bool = False) -> Any:
+    """A new grid transform of ``image`` on the axes of another one, which may come from a file with turned axes."""
+    transform = grid_transform(image)
+    if grid.GetGridDirectionMatrix() is not None:
+        transform.SetGridDirectionMatrix(grid.GetGridDirectionMatrix())
+    if invert:
+        transform.Inverse()
+    return transform
+
+
 def displacement_image(grid: Any) -> Any:
     """A ``DisplacementGrid`` as VTK image, mm."""
     vectors = np.asarray(grid.vectors)
@@ -80,6 +97,15 @@ def displacement_image(grid: Any) -> Any:
     data.SetName("displacement_mm")
     image.GetPointData().SetScalars(data)
     return image
+
+
+def grid_in(node: Any) -> Any:
+    """The grid transform in a transform node of a case, None if the node is linear."""
+    transform = node.GetTransformToParent()
+    if not isinstance(transform, vtk.vtkGeneralTransform):
+        return None
+    parts = [transform.GetConcatenatedTransform(k) for k in range(transform.GetNumberOfConcatenatedTransforms())]
+    return next((part for part in parts if part.IsA("vtkOrientedGridTransform")), None)
 
 
 def grid_rows(grids: Any) -> list[tuple[str, float, str]]:
@@ -109,7 +135,4 @@ def _state(node: Any, kind: str, scale: float, grid: Any) -> None:
             "OrganPhys.GridMB": f"{np.asarray(grid.vectors).nbytes / MB:.3g}",
         }
     for name, value in facts.items():
-        if value is None:
-            node.RemoveAttribute(name)
-        else:
-            node.SetAttribute(name, value)
+        set_attribute(node, name, value)
