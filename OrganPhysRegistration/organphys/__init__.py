@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .pipeline.register import register
     from .pipeline.registration import RegisterOptions, Registration
     from .pipeline.sample_case import write_sample_case
+    from .pipeline.session import RegistrationSession
     from .pipeline.write_outputs import write_outputs
     from .points.point_sets import Box, Camera, GaussianCloud, Landmarks, Organ, SceneUnit
     from .readers.gaussian_ply import read_splat
@@ -38,6 +39,7 @@ _HOME = {
     "RegisterOptions": "pipeline.registration",
     "RegisteredOrgan": "asset.registered_organ",
     "Registration": "pipeline.registration",
+    "RegistrationSession": "pipeline.session",
     "SceneUnit": "points.point_sets",
     "Similarity": "ground.frames",
     "load_asset": "asset.asset_file",
@@ -63,6 +65,7 @@ __all__ = [
     "RegisterOptions",
     "RegisteredOrgan",
     "Registration",
+    "RegistrationSession",
     "SceneUnit",
     "Similarity",
     "load_asset",

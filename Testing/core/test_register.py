@@ -1,19 +1,15 @@
 """register(): one call from point sets to a registered organ, its warnings and its refusals."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
 from scene_examples import FRONT_CT, MM_PER_UNIT, POSE, bend, bumpy_organ, map_error, seen_from_camera
+from session_examples import small_problem
 
-from organphys.align.start_candidates import CandidateOptions
-from organphys.align.start_search import StartSearchOptions, search_start
-from organphys.elastic.reduced_organ import ReducedOrganOptions, reduce_organ
 from organphys.ground.checks import InputError
 from organphys.ground.frames import Similarity, rotation_about
 from organphys.ground.progress import Cancelled
-from organphys.pipeline import default_method
 from organphys.pipeline.landmark_checks import checked_landmarks
 from organphys.pipeline.register import register
 from organphys.pipeline.registration import RegisterOptions
@@ -23,20 +19,13 @@ from organphys.pipeline.scene import select_scene
 from organphys.points.point_sets import Box, GaussianCloud, Landmarks, SceneUnit
 from organphys.points.surface_samples import sample_surface
 
-FEWER = StartSearchOptions(candidates=CandidateOptions(views=80, twists=12, factors=(0.92, 1.15)))
-COARSER = ReducedOrganOptions(handles=6, nodes=200, basis_samples=1500, quadrature=600)
 T_MOVED_CT = Similarity(1.0, rotation_about(np.array([1.0, -0.5, 2.0]), 1.3), np.array([-80.0, 40.0, 25.0]))
 
 
 @pytest.fixture(scope="module", autouse=True)
-def small_problem():
-    """Fewer candidates, samples and handles: these tests are about what register() makes of its inputs."""
-    patch = pytest.MonkeyPatch()
-    patch.setattr(default_method, "search_start", partial(search_start, options=FEWER))
-    patch.setattr(default_method, "sample_surface", partial(sample_surface, count=2500))
-    patch.setattr(default_method, "reduce_organ", partial(reduce_organ, options=COARSER))
-    yield
-    patch.undo()
+def small():
+    with small_problem():
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,7 @@ from ..ground.solve_report import SolveReport, Stop
 from ..points.surface_samples import SurfaceSamples, sample_surface
 from .case import Case
 from .elastic_recorder import ElasticRecorder
-from .hand_pose import poses_near
+from .hand_pose import pose_near
 from .registration import AMBIGUOUS
 from .scale_checks import NEARLY_EXACT, plausible_scales, scale_prior, unit_notices, unit_scale
 from .stages import CoarseStage, ElasticStage, OnSurface, RigidStage
@@ -67,7 +67,7 @@ class DefaultMethod:
         )
 
     def rigid(self, coarse: DefaultCoarse, start: Similarity | None, progress: Progress) -> DefaultRigid:
-        """The mode to which the organ bends most readily; of a pose set by hand only what lies close by is tried."""
+        """The mode to which the organ bends most readily; a pose set by hand is refined and nothing else is tried."""
         begin = perf_counter()
         progress("basis", 0.0)
         organ = self.organ
@@ -145,9 +145,9 @@ class DefaultMethod:
         return kept, free.poses.at(0)
 
     def _near(self, start: Similarity) -> Poses:
-        """Poses T_camera_normalised close to ``start`` = T_scene_ct."""
+        """The one pose T_camera_normalised that lies close to ``start`` = T_scene_ct."""
         pose, seed = self._pose(start), self.case.options.seed
-        return poses_near(pose, self.samples, self.view, scale=self._exact_scale(), seed=seed)
+        return Poses.of([pose_near(pose, self.samples, self.view, scale=self._exact_scale(), seed=seed)])
 
     def _exact_scale(self) -> float | None:
         """Scene units per normalised length where the unit is known nearly exactly."""

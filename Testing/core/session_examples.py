@@ -1,0 +1,29 @@
+"""Smaller settings of the default method, so that a registration in a test takes a second."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+
+import pytest
+
+from organphys.align.start_candidates import CandidateOptions
+from organphys.align.start_search import StartSearchOptions, search_start
+from organphys.elastic.reduced_organ import ReducedOrganOptions, reduce_organ
+from organphys.pipeline import default_method
+from organphys.points.surface_samples import sample_surface
+
+FEWER = StartSearchOptions(candidates=CandidateOptions(views=80, twists=12, factors=(0.92, 1.15)))
+COARSER = ReducedOrganOptions(handles=6, nodes=200, basis_samples=1500, quadrature=600)
+
+
+@contextmanager
+def small_problem() -> Iterator[None]:
+    """Fewer candidates, samples and handles: these tests are about what is made of the inputs."""
+    patch = pytest.MonkeyPatch()
+    patch.setattr(default_method, "search_start", partial(search_start, options=FEWER))
+    patch.setattr(default_method, "sample_surface", partial(sample_surface, count=2500))
+    patch.setattr(default_method, "reduce_organ", partial(reduce_organ, options=COARSER))
+    yield
+    patch.undo()
