@@ -22,7 +22,7 @@ def box_grid(size: np.ndarray, cell: float) -> np.ndarray:
 
 
 def box_surface(size: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles of a box, outward, with vertices about ``cell`` apart; vertices on the edges are repeated."""
+    """Closed triangle surface of a box, outward, with vertices about ``cell`` apart."""
     vertices, faces, count = [], [], 0
     for axis in range(3):
         u, v = (axis + 1) % 3, (axis + 2) % 3
@@ -37,7 +37,8 @@ def box_surface(size: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
             faces += [count + turned[:, [0, 1, 2]], count + turned[:, [0, 2, 3]]]
             vertices.append(points)
             count += len(points)
-    return np.concatenate(vertices), np.concatenate(faces)
+    places, same = np.unique(np.concatenate(vertices).round(9), axis=0, return_inverse=True)
+    return places, same.ravel()[np.concatenate(faces)]
 
 
 @lru_cache(maxsize=8)

@@ -30,7 +30,7 @@ class SimulationOptions:
     tolerance: float = 1e-3
     newton_steps: int = 30
     contact_gap: float = 1e-3
-    contact_pressure: float = 5e4
+    contact_pressure: float = 1e5
     friction: float = 0.2
     slip_speed: float = 2e-3
 
