@@ -16,6 +16,7 @@ from slicer.ScriptedLoadableModule import (
 )
 from slicer.util import VTKObservationMixin
 
+from OrganPhysRegistrationLib.inputs.sample_case import register_sample_case
 from OrganPhysRegistrationLib.inputs.splat_reader import OrganPhysRegistrationFileReader
 from OrganPhysRegistrationLib.logic import OrganPhysRegistrationLogic
 from OrganPhysRegistrationLib.panel.build import build_panel
@@ -47,13 +48,11 @@ class OrganPhysRegistration(ScriptedLoadableModule):
             "medical device."
         )
         parent.acknowledgementText = _("OrganPhys is free software under the Apache License 2.0.")
-        slicer.app.connect("startupCompleted()", _register_sample_data)
+        slicer.app.connect("startupCompleted()", self.registerSampleData)
 
-
-def _register_sample_data() -> None:
-    from OrganPhysRegistrationLib.inputs.sample_case import register_sample_case
-
-    register_sample_case()
+    def registerSampleData(self) -> None:
+        """Offer the sample case in the Sample Data module."""
+        register_sample_case()
 
 
 class OrganPhysRegistrationWidget(ScriptedLoadableModuleWidget, VTKObservationMixin):

@@ -245,3 +245,11 @@ def test_weights_of_the_landmarks_are_shown_and_follow_the_radius(host, module, 
     module.ui.showWeightsButton.click()
     host.process()
     assert scene_contents() == before
+
+
+def test_a_splat_that_lost_its_opacity_is_told(host, module, loaded):
+    loaded["splat"].GetPolyData().GetPointData().RemoveArray("opacity")
+    module.widget.panel.refresh()
+    host.process()
+    assert not module.ui.applyButton.enabled
+    assert "splat" in module.ui.reasonLabel.text.lower()

@@ -13,6 +13,7 @@ from OrganPhysRegistrationLib.inputs.matrices import array_of
 from OrganPhysRegistrationLib.logic import OrganPhysRegistrationLogic
 from OrganPhysRegistrationLib.outputs.case_nodes import write_outcome
 from OrganPhysRegistrationLib.outputs.overlay_frame import overlay_in
+from OrganPhysRegistrationLib.outputs.snapshot import remove_case
 from OrganPhysRegistrationLib.outputs.stage_switch import shown_stage
 
 METRICS = {
@@ -173,6 +174,25 @@ def test_a_case_whose_nodes_were_deleted_is_told(host, module, case):
     slicer.mrmlScene.RemoveNode(case.node("metrics"))
     module.ui.metricsTableButton.click()
     assert "run the registration" in module.ui.messageLabel.text
+
+
+def test_choosing_another_organ_shows_its_results(host, module, panel_of, case):
+    first = case.segment_id
+    other = case.segmentation.GetSegmentation().AddEmptySegment("", "not registered yet")
+    panel_of.choose({"segmentID": other})
+    host.process()
+    assert panel_of.case() is None
+    assert module.ui.distanceValueLabel.text == "–"
+    panel_of.choose({"segmentID": first})
+    host.process()
+    assert panel_of.case().case_id == case.case_id
+
+
+def test_a_deleted_case_disappears_from_the_panel(host, module, panel_of, case):
+    remove_case(case)
+    host.process()
+    assert panel_of.case() is None
+    assert not module.ui.stageElasticButton.enabled
 
 
 def test_result_comes_back_with_the_scene(host, module, panel_of, case, tmp_path):

@@ -10,6 +10,7 @@ from slicer.i18n import tr as _
 
 from ..choices import OverlayIn
 from ..inputs import floaters, roi_input, splat_display
+from ..inputs.splat_node import is_splat
 from .choice_buttons import ChoiceButtons
 from .section import Section, guarded
 
@@ -44,7 +45,6 @@ class DisplaySection(Section):
         ui.overlayEndoscopeButton.checked = parameters.overlayIn is OverlayIn.Endoscope or not in_ct
         ui.splatCountLabel.visible = has_splat
         if has_splat:
-            splat_display.set_point_size(parameters.splat, parameters.pointSize)
             self._show_splat()
 
     @guarded
@@ -69,6 +69,9 @@ class DisplaySection(Section):
     @guarded
     def _show_splat(self) -> None:
         parameters = self.panel.parameters
+        if not is_splat(parameters.splat):  # what is wrong with it is told below the Register button
+            return
+        splat_display.set_point_size(parameters.splat, parameters.pointSize)
         splat, box = parameters.splat, roi_input.scene_box(self._placed_roi(), parameters.splat)
         crop = None if box is None else (*box.centre, *box.size, *box.axes.ravel())
         wanted = (splat.GetID(), splat.GetPolyData(), parameters.opacity, crop, parameters.removeFloaters)

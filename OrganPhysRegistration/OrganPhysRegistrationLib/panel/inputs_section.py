@@ -25,9 +25,14 @@ class InputsSection(Section):
         ui.loadSplatButton.connect("clicked()", self.choose_splat_file)
         ui.sampleDataButton.connect("clicked()", self.load_sample_case)
         self._showing = False
+        self._segmentation: Any = None
+
+    def bind(self) -> None:
+        self._observe(None)
 
     def refresh(self) -> None:
         selector, chosen = self.ui.segmentSelector, self.panel.parameters
+        self._observe(chosen.segmentation)
         self._showing = True
         try:
             if selector.currentNode() is not chosen.segmentation:
@@ -59,6 +64,18 @@ class InputsSection(Section):
         with slicer.util.WaitCursor():
             self.panel.choose(self.panel.logic.loadSampleCase())
         self.panel.tell("")
+
+    def _observe(self, segmentation: Any) -> None:
+        """An empty segment that is painted, or one that is removed, changes what is possible."""
+        if segmentation is self._segmentation:
+            return
+        kinds = slicer.vtkSegmentation
+        for event in (kinds.SegmentAdded, kinds.SegmentRemoved, kinds.SourceRepresentationModified):
+            if self._segmentation is not None:
+                self.removeObserver(self._segmentation, event, self.panel.refresh_soon)
+            if segmentation is not None:
+                self.addObserver(segmentation, event, self.panel.refresh_soon)
+        self._segmentation = segmentation
 
     def _segmentation_chosen(self, node: Any) -> None:
         if not self._showing and self.panel.parameters is not None:

@@ -6,10 +6,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import qt
+import slicer
 import vtk
 from slicer.util import NodeModify, VTKObservationMixin
 
-from ..outputs.case_record import CaseNodes
+from ..choices import OverlayIn, Stage
+from ..outputs.case_nodes import CaseNodes, case_of
+from ..outputs.overlay_frame import overlay_in
+from ..outputs.stage_switch import shown_stage
 from ..parameters import OrganPhysRegistrationParameterNode
 from .message_box import show_message
 from .section import Section
@@ -30,18 +34,20 @@ class Panel(VTKObservationMixin):
         self.parameters: OrganPhysRegistrationParameterNode | None = None
         self.sections: list[Section] = []
         self._case: CaseNodes | None = None
+        self._organ: tuple[Any, ...] = ()
         self._gui_tag: int | None = None
         self._timer = qt.QTimer()
         self._timer.setSingleShot(True)
         self._timer.setInterval(0)
         self._timer.connect("timeout()", self.refresh)
+        self.addObserver(slicer.mrmlScene, slicer.vtkMRMLScene.NodeRemovedEvent, self.refresh_soon)
 
     def connect_parameters(self, parameters: OrganPhysRegistrationParameterNode | None) -> None:
         """Bind the widgets to other parameters, or to none."""
         if self.parameters is not None:
             self.parameters.disconnectGui(self._gui_tag)
             self.removeObserver(self.parameters.parameterNode, vtk.vtkCommand.ModifiedEvent, self.refresh_soon)
-        self.parameters, self._case = parameters, None
+        self.parameters, self._case, self._organ = parameters, None, ()
         if parameters is not None:
             self._gui_tag = parameters.connectParametersToGui(self._widgets_of_parameters())
             self.addObserver(parameters.parameterNode, vtk.vtkCommand.ModifiedEvent, self.refresh_soon)
@@ -53,7 +59,8 @@ class Panel(VTKObservationMixin):
         """Show the present state in every section."""
         if self.parameters is None:
             return
-        self._case = self._find_case()
+        self._follow_organ()
+        self._case = CaseNodes.find(case_id=self.parameters.caseID) if self.parameters.caseID else None
         for section in self.sections:
             section.refresh()
 
@@ -79,8 +86,22 @@ class Panel(VTKObservationMixin):
         """The case whose results are shown, as of the last refresh."""
         return self._case
 
-    def _find_case(self) -> CaseNodes | None:
-        return CaseNodes.find(case_id=self.parameters.caseID) if self.parameters.caseID else None
+    def adopt(self, case: CaseNodes | None) -> None:
+        """Show the results of this case from now on, None: of none."""
+        if case is None:
+            self.choose({"caseID": ""})
+        else:
+            shown, where = Stage(shown_stage(case)), OverlayIn(overlay_in(case))
+            self.choose({"caseID": case.case_id, "shownStage": shown, "overlayIn": where})
+
+    def _follow_organ(self) -> None:
+        """Another organ or splat was chosen: show its results, if it has been registered already."""
+        chosen = self.parameters
+        organ = (chosen.segmentation, chosen.segmentID, chosen.splat)
+        if organ == self._organ or not all(organ):
+            return
+        self._organ = organ
+        self.adopt(case_of(*organ))
 
     def cleanup(self) -> None:
         """Let go of everything that is observed."""

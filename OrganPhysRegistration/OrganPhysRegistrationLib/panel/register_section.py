@@ -8,7 +8,6 @@ from typing import Any
 
 from slicer.i18n import tr as _
 
-from ..choices import Stage
 from ..dependencies import missing_packages
 from .message_box import show_message
 from .section import Section, guarded
@@ -85,11 +84,7 @@ class RegisterSection(Section):
     @guarded
     def undo(self) -> None:
         """Take the last run back."""
-        case = self.panel.logic.undo()
-        parameters = self.panel.parameters
-        parameters.caseID = case.case_id if case is not None else ""
-        if case is not None:
-            parameters.shownStage = Stage(case.stage)
+        self.panel.adopt(self.panel.logic.undo())
         self.panel.tell(_("The last run was taken back."))
         self.panel.refresh()
 
@@ -105,10 +100,8 @@ class RegisterSection(Section):
         self.ui.progressBar.format = f"{_stage_name(stage)} – {percent} %"
 
     def _done(self, case: Any) -> None:
-        parameters = self.panel.parameters
-        if parameters is not None:
-            parameters.caseID = case.case_id
-            parameters.shownStage = Stage(case.stage)
+        if self.panel.parameters is not None:
+            self.panel.adopt(case)
         self._tell_outcome(case)
         self.ui.progressBar.format = _("Sampling the transform CT to scene")
         self.panel.refresh_soon()
