@@ -23,11 +23,11 @@ DTYPES = ("<f8", "<f4", "<i8", "<i4", "|u1", "|b1")
 MAX_MEMBERS = 256
 
 
-def archive_bytes(header_name: str, header: Any, arrays: Mapping[str, np.ndarray]) -> bytes:
+def archive_bytes(header_name: str, header: Any, arrays: Mapping[str, np.ndarray], *, sort_keys: bool = True) -> bytes:
     """``header`` as JSON member ``header_name`` and every array as NAME.npy: stored, sorted, without dates."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
-        _add(archive, header_name, dump(header, sort_keys=True).encode("utf-8"))
+        _add(archive, header_name, dump(header, sort_keys=sort_keys).encode("utf-8"))
         for name in sorted(arrays):
             array = np.asarray(arrays[name], order="C")
             member = io.BytesIO()

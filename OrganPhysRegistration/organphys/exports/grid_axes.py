@@ -22,7 +22,8 @@ class GridAxes:
     def round(cls, points: Array, margin: float, spacing: float, *, most: int) -> GridAxes:
         """Grid over points (N, 3) and ``margin`` round them; coarser where it would have over ``most`` nodes."""
         low, size = points.min(0) - margin, np.ptp(points, axis=0) + 2 * margin
-        spacing = max(spacing, float((np.prod(size + 2 * spacing) / most) ** (1 / 3)))
+        least = float((np.prod(size) / most) ** (1 / 3))
+        spacing = max(spacing, float((np.prod(size + 4 * least) / most) ** (1 / 3)))
         nx, ny, nz = (int(n) for n in 2 * np.ceil(size / (2 * spacing)).astype(int) + 1)
         return cls(low, spacing, (nx, ny, nz))
 

@@ -58,7 +58,7 @@ def save_case(
         "unit": None if unit is None else vars(unit),
         "provenance": dict(provenance or {}),
     }
-    write_bytes(Path(folder) / file, archive_bytes(HEADER, header, arrays))
+    write_bytes(Path(folder) / file, archive_bytes(HEADER, header, arrays, sort_keys=False))
     return file
 
 

@@ -42,7 +42,7 @@ def save_outcome(outcome: CaseOutcome, folder: str | os.PathLike[str]) -> None:
     if grids is not None:
         values["grids"] = {name: _grid_facts(getattr(grids, name)) for name in GRIDS}
         arrays |= {f"grids/{name}": np.asarray(getattr(grids, name).vectors, dtype=np.float32) for name in GRIDS}
-    write_bytes(Path(folder) / OUTCOME, archive_bytes(HEADER, values, arrays))
+    write_bytes(Path(folder) / OUTCOME, archive_bytes(HEADER, values, arrays, sort_keys=False))
 
 
 def load_outcome(folder: str | os.PathLike[str]) -> CaseOutcome:
