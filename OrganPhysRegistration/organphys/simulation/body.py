@@ -12,7 +12,7 @@ from ..basis.reduced_elasticity import ReducedElasticity
 from ..ground.checks import Array
 from ..mechanics.tissue import GENERIC, Tissue
 from .contact_samples import ContactSamples
-from .pins import Pin, pinned_points, spring_matrix
+from .pins import Pin, spring_matrix
 from .quadrature import Quadrature
 from .rest_shape import RestShape
 from .simulation_basis import SimulationBasis
@@ -23,7 +23,8 @@ from .strain_energy import StrainEnergy
 @dataclass(frozen=True)
 class Body:
     """strain: elastic energy; base_phi (S, m): basis without local columns at the contact samples; ``held`` (n, n):
-    matrix of the springs of ``pins``, N/m; ``plain``: the same body without local functions, if it has any."""
+    matrix N/m of the springs (k,) N/m at rest positions held_points (k, 3) m, which come from ``pins``, if from any;
+    ``plain``: the same body without local functions, if it has some."""
 
     shape: RestShape
     basis: SimulationBasis
@@ -31,6 +32,8 @@ class Body:
     base_phi: Array
     tissue: Tissue
     held: Array
+    held_points: Array
+    springs: Array
     pins: tuple[Pin, ...] = ()
     name: str = "organ"
     plain: Body | None = None
@@ -102,16 +105,23 @@ class Body:
 
 def build_body(shape: RestShape, *, pins: tuple[Pin, ...] = (), tissue: Tissue = GENERIC, name: str = "organ") -> Body:
     """The body of ``shape`` held by ``pins``."""
-    basis = shape.basis(pins)
-    held = pinned_points(pins, np.concatenate([shape.points, shape.samples.points]))
+    return replace(held_body(shape, *shape.pinned(pins), tissue=tissue, name=name), pins=pins)
+
+
+def held_body(
+    shape: RestShape, points: Array, springs: Array, *, tissue: Tissue = GENERIC, name: str = "organ"
+) -> Body:
+    """The body of ``shape`` held at rest positions (k, 3) m by springs (k,) N/m, without pins to edit."""
+    basis = shape.basis(points, springs)
     return Body(
         shape=shape,
         basis=basis,
         strain=strain_energy(basis, shape.cells.quadrature, tissue),
         base_phi=basis.phi(shape.samples.points),
         tissue=tissue,
-        held=spring_matrix(basis, *held),
-        pins=pins,
+        held=spring_matrix(basis, points, springs),
+        held_points=points,
+        springs=springs,
         name=name,
     )
 

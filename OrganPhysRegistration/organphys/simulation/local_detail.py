@@ -12,7 +12,7 @@ from ..points.sampling import farthest_points
 from .body import Body
 from .local_cells import inside_grid, refined_cells, within
 from .local_functions import LocalFunctions
-from .pins import pinned_points, spring_matrix
+from .pins import spring_matrix
 from .simulation_basis import SimulationBasis
 from .state import BodyState
 from .strain_energy import StrainEnergy
@@ -67,9 +67,8 @@ def with_detail(body: Body, centre: Array, detail: LocalDetail) -> Body:
 
 def _held(plain: Body, basis: SimulationBasis, kernels: LocalFunctions) -> Array:
     """Spring matrix with the local columns; these are known where no kernel reaches, by what they take from others."""
-    points, springs = pinned_points(plain.pins, np.concatenate([plain.shape.points, plain.samples.points]))
-    if kernels.values(points).any():
-        return spring_matrix(basis, points, springs)
+    if kernels.values(plain.held_points).any():
+        return spring_matrix(basis, plain.held_points, plain.springs)
     assert basis.local is not None
     spread = np.concatenate([np.eye(plain.basis.size), -basis.local.overlap], axis=1)
     held: Array = spread.T @ plain.held @ spread

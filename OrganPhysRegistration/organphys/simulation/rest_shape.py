@@ -44,15 +44,19 @@ class RestShape:
         """Signed distance to the surface at rest, m."""
         return SurfaceDistance(self.samples.vertices, self.samples.faces)
 
-    def basis(self, pins: tuple[Pin, ...]) -> SimulationBasis:
-        """About half of the 4 ``handles`` columns from skinning weights, the others from elastic modes under ``pins``.
+    def pinned(self, pins: tuple[Pin, ...]) -> tuple[Array, Array]:
+        """Rest positions (k, 3) m that the pins hold and their springs (k,) N/m."""
+        return pinned_points(pins, np.concatenate([self.points, self.samples.points]))
 
-        Rigid motions, of which a free body has six modes, are columns anyway.
+    def basis(self, held: Array, springs: Array) -> SimulationBasis:
+        """About half of the 4 ``handles`` columns from skinning weights, the others from elastic modes.
+
+        The modes are those of the body held at (k, 3) m by springs (k,) N/m. Rigid motions, of which a free body has
+        six, are columns anyway.
         """
-        held, springs = pinned_points(pins, np.concatenate([self.points, self.samples.points]))
         skinned = self.skinning.coefficients.shape[1]
         columns = 4 * (self.handles - 1 - skinned)
-        rigid = 0 if pins else 6
+        rigid = 0 if len(held) else 6
         components = self.modes.components(columns // 3 + rigid, self.normalisation.apply(held), springs)
         coefficients = np.concatenate([self.skinning.coefficients, components[:, 3 * rigid :]], axis=1)
         kernel = self.modes.kernel
