@@ -100,6 +100,7 @@ def _style(display: Any, colours: Any) -> None:
     legend.SetMaxNumberOfColors(256)
     legend.SetNumberOfLabels(5)
     legend.SetSize(0.04, 0.25)  # of the view; Slicer fits the text to it, whatever its font size says
+    legend.SetPosition(0.97, 0.06)
     legend.SetVisibility(False)
 
 
