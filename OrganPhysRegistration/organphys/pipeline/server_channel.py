@@ -10,6 +10,7 @@ import os
 import queue
 import sys
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, BinaryIO
 
@@ -30,8 +31,8 @@ class Request:
 class Channel:
     """Reads in a thread of its own, so that a cancel is seen while a request runs."""
 
-    def __init__(self, source: BinaryIO, sink: BinaryIO) -> None:
-        self._source, self._sink = source, sink
+    def __init__(self, source: BinaryIO, sink: BinaryIO, on_end: Callable[[], None] = lambda: None) -> None:
+        self._source, self._sink, self._on_end = source, sink, on_end
         self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
         self._lock = threading.Lock()
         self._received, self._cancelled_below = 0, 0
@@ -45,7 +46,7 @@ class Channel:
         sink = os.fdopen(os.dup(1), "wb", buffering=0)
         os.dup2(2, 1)
         sys.stdout = sys.stderr
-        return cls(sys.stdin.buffer, sink)
+        return cls(sys.stdin.buffer, sink, _break_off_later)
 
     def next(self) -> Request | None:
         """The next request, waited for; None at the end."""
@@ -83,14 +84,18 @@ class Channel:
         return do != "quit"
 
     def _close(self) -> None:
-        """End what runs, then the process; whatever does not listen is broken off."""
-        if self._closed:
-            return
-        self._closed = True
-        self._requests.put(None)
-        timer = threading.Timer(LINGER_S, os._exit, (1,))
-        timer.daemon = True
-        timer.start()
+        """Cancel what runs and what waits, and let ``next`` tell the end."""
+        if not self._closed:
+            self._closed = True
+            self._requests.put(None)
+            self._on_end()
+
+
+def _break_off_later() -> None:
+    """Nobody listens any more: what does not notice in time is ended with the process."""
+    timer = threading.Timer(LINGER_S, os._exit, (1,))
+    timer.daemon = True
+    timer.start()
 
 
 def _parsed(line: bytes, number: int) -> Request:
