@@ -12,6 +12,7 @@ import slicer
 from OrganPhysRegistrationLib.choices import CameraChoice, Stiffness, UnitChoice
 from OrganPhysRegistrationLib.inputs.matrices import array_of
 from OrganPhysRegistrationLib.logic import OrganPhysRegistrationLogic
+from OrganPhysRegistrationLib.panel.segmentation_shortcuts import offer
 from OrganPhysRegistrationLib.panel.view_layout import LAYOUT_ID
 
 
@@ -253,3 +254,25 @@ def test_a_splat_that_lost_its_opacity_is_told(host, module, loaded):
     host.process()
     assert not module.ui.applyButton.enabled
     assert "splat" in module.ui.reasonLabel.text.lower()
+
+
+def test_place_makes_a_point_list(host, module, parameters):
+    module.ui.addLandmarksButton.click()
+    assert parameters.landmarks is not None
+    assert module.ui.landmarksPlaceWidget.placeModeEnabled
+    assert not module.ui.addLandmarksButton.visible
+    module.panel.exit()
+    assert not module.ui.landmarksPlaceWidget.placeModeEnabled
+
+
+def test_segmentation_shortcuts_are_offered_where_the_extensions_are(module, monkeypatch):
+    assert not module.ui.segmentWithButton.visible
+    monkeypatch.setattr(slicer.modules, "totalsegmentator", object(), raising=False)
+    opened = []
+    monkeypatch.setattr(slicer.util, "selectModule", opened.append)
+    offer(module.ui.segmentWithButton)
+    assert module.ui.segmentWithButton.visible
+    actions = module.ui.segmentWithButton.menu().actions()
+    assert [action.text for action in actions] == ["Segment with TotalSegmentator"]
+    actions[0].trigger()
+    assert opened == ["TotalSegmentator"]

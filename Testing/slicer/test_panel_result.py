@@ -127,6 +127,24 @@ def test_another_node_moves_with_the_organ(host, module, case):
     module.ui.applyTransformButton.click()
     assert tumour.GetParentTransformNode() is case.node("ct_to_scene")
     assert "tumour" in module.ui.messageLabel.text
+    assert module.ui.applyTransformButton.text == "Take out"
+    module.ui.applyTransformButton.click()
+    assert tumour.GetParentTransformNode() is None
+    assert module.ui.applyTransformButton.text == "Apply"
+
+
+def test_a_node_that_was_moved_along_can_be_hardened(host, module, case):
+    tumour = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLModelNode", "tumour")
+    tumour.SetAndObserveMesh(case.node("surface_elastic").GetPolyData())
+    before = slicer.util.arrayFromModelPoints(tumour).copy()
+    module.ui.transformedNodeSelector.setCurrentNode(tumour)
+    host.process()
+    assert not module.ui.hardenButton.enabled
+    module.ui.applyTransformButton.click()
+    module.ui.hardenButton.click()
+    assert tumour.GetParentTransformNode() is None
+    assert np.abs(slicer.util.arrayFromModelPoints(tumour) - before).max() > 1  # mm
+    assert not module.ui.hardenButton.enabled
 
 
 def test_a_result_cannot_be_moved_along(host, module, case):

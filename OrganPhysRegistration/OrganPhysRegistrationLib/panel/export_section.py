@@ -8,6 +8,7 @@ import qt
 import slicer
 from slicer.i18n import tr as _
 
+from ..outputs.apply_transform import harden, take_out
 from .section import Section, guarded
 
 
@@ -19,6 +20,7 @@ class ExportSection(Section):
         ui = self.ui
         self._buttons = (ui.exportSurfaceButton, ui.exportTransformButton, ui.exportAssetButton, ui.exportReportButton)
         ui.applyTransformButton.connect("clicked()", self.apply_transform)
+        ui.hardenButton.connect("clicked()", self.harden)
         ui.transformedNodeSelector.connect("currentNodeChanged(vtkMRMLNode*)", self.panel.refresh_soon)
         ui.exportSurfaceButton.connect("clicked()", self.export_surface)
         ui.exportTransformButton.connect("clicked()", self.export_transform)
@@ -31,17 +33,42 @@ class ExportSection(Section):
             button.enabled = case is not None
         has_asset = case is not None and case.stage == "elastic"
         self.ui.exportAssetButton.enabled = self.ui.exportReportButton.enabled = has_asset
-        self.ui.applyTransformButton.enabled = (
-            case is not None and self.ui.transformedNodeSelector.currentNode() is not None
-        )
+        node = self.ui.transformedNodeSelector.currentNode()
+        self.ui.applyTransformButton.enabled = case is not None and node is not None
+        carried = self._is_carried(node)
+        self.ui.hardenButton.enabled = carried
+        self.ui.applyTransformButton.text = _("Take out") if carried else _("Apply")
 
     @guarded
     def apply_transform(self) -> None:
-        """Carry the chosen node into the endoscope's scene."""
-        node = self.ui.transformedNodeSelector.currentNode()
-        self.panel.logic.applyTransform(self.panel.case(), node)
-        text = _("{name} now moves with the organ. Its parent transform in the Data module is CT to scene.")
+        """Carry the chosen node into the endoscope's scene, or back into the CT if it is there."""
+        case, node = self.panel.case(), self.ui.transformedNodeSelector.currentNode()
+        if self._is_carried(node):
+            take_out(case, node)
+            text = _("{name} lies in the CT again.")
+        else:
+            self.panel.logic.applyTransform(case, node, keepParent=True)
+            text = _("{name} now follows the organ: it stands under the transform CT to scene.")
         self.panel.tell(text.format(name=node.GetName()), "good")
+        self.panel.refresh()
+
+    @guarded
+    def harden(self) -> None:
+        """Write the transform into the node's data; it stays where it is shown."""
+        node = self.ui.transformedNodeSelector.currentNode()
+        with slicer.util.WaitCursor():
+            harden(self.panel.case(), node)
+        self.panel.tell(_("{name} was hardened: its own data are deformed now.").format(name=node.GetName()), "good")
+        self.panel.refresh()
+
+    def _is_carried(self, node: Any) -> bool:
+        """Whether the node stands under the case's transform CT to scene."""
+        case = self.panel.case()
+        transform = case.get("ct_to_scene") if case is not None else None
+        parent = node.GetParentTransformNode() if node is not None else None
+        while parent is not None and parent is not transform:
+            parent = parent.GetParentTransformNode()
+        return parent is not None
 
     @guarded
     def export_surface(self) -> None:

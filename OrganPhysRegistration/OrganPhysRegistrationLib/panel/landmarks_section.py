@@ -28,6 +28,7 @@ class LandmarksSection(Section):
         super().__init__(panel)
         ui = self.ui
         ui.landmarksPlaceWidget.placeMultipleMarkups = slicer.qSlicerMarkupsPlaceWidget.ForcePlaceSingleMarkup
+        ui.addLandmarksButton.connect("clicked()", self.place_first)
         header = ui.landmarksTable.horizontalHeader()
         header.setStretchLastSection(True)
         ui.landmarksTable.setHorizontalHeaderLabels([_("Landmark"), _("R, A, S (mm)")])
@@ -53,6 +54,8 @@ class LandmarksSection(Section):
         parameters = self.panel.parameters
         self._observe(parameters.landmarks)
         self.ui.landmarksPlaceWidget.setCurrentNode(parameters.landmarks)
+        self.ui.addLandmarksButton.visible = parameters.landmarks is None
+        self.ui.landmarksPlaceWidget.visible = parameters.landmarks is not None
         self._snap()
         self._fill_table()
         self._tell_messages()
@@ -70,6 +73,16 @@ class LandmarksSection(Section):
         self._stop_snapping()
         self._hide_weights()
         super().cleanup()
+
+    @guarded
+    def place_first(self) -> None:
+        """Make a point list and start placing."""
+        name = slicer.mrmlScene.GenerateUniqueName(_("Organ landmarks"))
+        node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLMarkupsFiducialNode", name)
+        node.CreateDefaultDisplayNodes()
+        self.panel.parameters.landmarks = node
+        self.panel.refresh()
+        self.ui.landmarksPlaceWidget.setPlaceModeEnabled(True)
 
     def _observe(self, node: Any) -> None:
         if node is self._node:
