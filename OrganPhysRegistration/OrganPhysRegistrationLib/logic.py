@@ -201,7 +201,11 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
         from .runs.segment_copy import copy_segment
 
         node = copy_segment(segmentationNode, segmentID)
-        apply_to(case, node, keep_parent=True)
+        try:
+            apply_to(case, node, keep_parent=True)
+        except InputError:
+            slicer.mrmlScene.RemoveNode(node)
+            raise
         return node
 
     def export(self, case: CaseNodes, what: str, path: str | Path) -> str:

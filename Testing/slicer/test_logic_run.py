@@ -14,6 +14,8 @@ import slicer
 
 from organphys.pipeline.outcome_files import save_outcome
 from OrganPhysRegistrationLib.logic import OrganPhysRegistrationLogic
+from OrganPhysRegistrationLib.outputs.snapshot import remove_case
+from OrganPhysRegistrationLib.runs.result_nodes import result_steps
 from OrganPhysRegistrationLib.runs.run_inputs import RunInputs
 from OrganPhysRegistrationLib.runs.run_manager import BUSY
 from OrganPhysRegistrationLib.runs.run_process import RunProcess
@@ -187,6 +189,17 @@ def test_cancelling_a_second_run_brings_the_first_result_back(
     assert first.case.node("ct_to_scene").GetAttribute("OrganPhys.Transform") == "elastic"
 
 
+def test_a_result_given_up_when_it_is_just_written_is_undone(
+    inputs: RunInputs, outcomes: Path, scene_contents: Callable
+) -> None:
+    before, place = scene_contents(), splat_place(inputs)
+    steps = result_steps(outcomes / "elastic", inputs)
+    while scene_contents() == before:
+        next(steps)
+    steps.close()
+    assert scene_contents() == before and splat_place(inputs) == place
+
+
 def test_undo_goes_back_run_by_run(
     host: Any, make_logic: Callable, inputs: RunInputs, scene_contents: Callable
 ) -> None:
@@ -266,8 +279,7 @@ def test_a_case_deleted_while_its_transform_is_made(host: Any, make_logic: Calla
     logic, told = make_logic("grids=slow"), Told()
     run = logic.startRun(inputs, **told.callbacks)
     host.wait_until(lambda: told.done, timeout=30)
-    for node in run.case.nodes():
-        slicer.mrmlScene.RemoveNode(node)
+    remove_case(run.case)
     finish(host, run)
     [(code, message)] = told.failed
     assert code == "transform" and "Press Register" in message

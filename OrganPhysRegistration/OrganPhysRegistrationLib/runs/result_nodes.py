@@ -22,10 +22,17 @@ class WrittenCase:
 
 
 def result_steps(folder: Path, inputs: RunInputs) -> Generator[None, None, WrittenCase]:
-    """Load the outcome in ``folder`` and write it; the scene changes in the last step only, and whole or not at all."""
+    """Load the outcome in ``folder`` and write it, whole or not at all; given up after that, it is undone."""
     outcome = yield from outcome_steps(folder)
     yield
-    return write_case(outcome, inputs)
+    written = write_case(outcome, inputs)
+    try:
+        yield  # whoever is told of the result has a turn of the event loop of its own
+    except GeneratorExit:
+        if written.undo.possible:
+            written.undo.undo()
+        raise
+    return written
 
 
 def write_case(outcome: Any, inputs: RunInputs) -> WrittenCase:
