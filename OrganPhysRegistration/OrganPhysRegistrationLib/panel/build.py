@@ -15,6 +15,7 @@ from .pose_section import PoseSection
 from .register_section import RegisterSection
 from .result_section import ResultSection
 from .unit_section import UnitSection
+from .weights_section import WeightsSection
 
 
 def build_panel(ui: Any, logic: Any) -> Panel:
@@ -26,6 +27,7 @@ def build_panel(ui: Any, logic: Any) -> Panel:
         UnitSection(panel),
         CameraSection(panel),
         LandmarksSection(panel),
+        WeightsSection(panel),
         DisplaySection(panel),
         register,
         PoseSection(panel, register),

@@ -1,4 +1,4 @@
-"""Section 1, fourth part: where the endoscope stood, and the layout of the views."""
+"""Section 1, last part: where the endoscope stood, and the layout of the views."""
 
 from __future__ import annotations
 
