@@ -13,6 +13,7 @@ from vtk.util.numpy_support import vtk_to_numpy
 from organphys.ground.checks import InputError
 from organphys.ground.frames import rotation_about
 from OrganPhysRegistrationLib.inputs.splat_scale import set_scale
+from OrganPhysRegistrationLib.outputs import inverse_transform
 from OrganPhysRegistrationLib.outputs.apply_transform import apply_to, harden, take_out
 from OrganPhysRegistrationLib.outputs.case_exports import export_transform
 from OrganPhysRegistrationLib.outputs.case_nodes import CaseNodes, write_grids, write_outcome
@@ -53,6 +54,22 @@ def test_ct_to_scene_is_the_organs_mapping(case, inside):
 
 
 def test_scene_to_ct_is_its_inverse(case, inside):
+    node = case.node("scene_to_ct")
+    back = world_points(node, true_world_points(case, inside))
+    assert np.linalg.norm(back - inside, axis=1).max() < EXACT_MM
+    assert node.GetAttribute("OrganPhys.Inverse") == "solved"
+    assert float(node.GetAttribute("OrganPhys.RoundTripMaxMm")) < 0.02
+
+
+def test_sampled_inverse_is_taken_where_solving_fails(inputs, inside, monkeypatch):
+    def pretended(inverse, *_):
+        return 10.0 * bool(inverse.GetConcatenatedTransform(1).GetInverseFlag())
+
+    monkeypatch.setattr(inverse_transform, "round_trip_mm", pretended)
+    case = write_outcome(outcome(), **inputs)
+    assert case.node("scene_to_ct").GetAttribute("OrganPhys.Inverse") == "sampled"
+    set_scale(case.splat, 40.0, "stated")
+    follow_splat(case)
     back = world_points(case.node("scene_to_ct"), true_world_points(case, inside))
     assert np.linalg.norm(back - inside, axis=1).max() < EXACT_MM
 

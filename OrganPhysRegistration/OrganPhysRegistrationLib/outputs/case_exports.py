@@ -17,8 +17,8 @@ from organphys.ground.checks import InputError, one_of
 from ..inputs.matrices import matrix_of
 from .case_record import CaseNodes
 from .geometry import Array
+from .grid_transforms import grid_in, like_grid
 from .overlay_frame import world_from
-from .transform_nodes import grid_in, like_grid
 from .volume_node import asset_bytes
 
 FRAMES = ("world", "scene")

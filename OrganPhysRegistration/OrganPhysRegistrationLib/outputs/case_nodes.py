@@ -54,7 +54,7 @@ def write_grids(case: CaseNodes, grids: Any) -> None:
         raise InputError(f"grids: they belong to an elastic result, and the {case.stage} stage is the last one done")
     with batch(case.scene):
         write_transforms(case, grids)
-        write_metrics(case, grids)
+        write_metrics(case)
 
 
 def case_of(segmentation: Any, segment_id: str, splat: Any) -> CaseNodes | None:
@@ -102,7 +102,7 @@ def _write(case: CaseNodes, outcome: Any, segmentation: Any, segment_id: str, sp
     write_surfaces(case, outcome, matrix, frame)
     write_volume(case, outcome, matrix, frame)
     write_transforms(case, outcome.grids)
-    write_metrics(case, outcome.grids)
+    write_metrics(case)
     write_charts(case, outcome)
     show_stage(case, outcome.stage)
     set_overlay(case, overlay_in(case))

@@ -10,8 +10,8 @@ import vtk
 from ..inputs.matrices import matrix_of
 from .case_nodes import batch
 from .case_record import SURFACES, CaseNodes
-from .overlay_frame import T_overlay_ct, T_overlay_scene, overlay_in, set_overlay
-from .transform_nodes import grid_in, like_grid, set_both
+from .overlay_frame import T_overlay_scene, overlay_in, set_overlay
+from .transform_nodes import move_transforms
 
 
 def follow_splat(case: CaseNodes) -> bool:
@@ -30,8 +30,7 @@ def follow_splat(case: CaseNodes) -> bool:
             if case.get(role) is not None:
                 _move_model(case.node(role), move)
         case.update_record(T_overlay_scene=now.tolist())
-        forward, inverse = case.node("ct_to_scene"), case.node("scene_to_ct")
-        set_both(forward, inverse, T_overlay_ct(case), _new_grid(forward))
+        move_transforms(case)
         set_overlay(case, overlay_in(case))
     return True
 
@@ -42,8 +41,3 @@ def _move_model(node: Any, move: Any) -> None:
     mover.SetInputData(node.GetPolyData())
     mover.Update()
     node.SetAndObserveMesh(mover.GetOutput())
-
-
-def _new_grid(node: Any) -> Any:
-    grid = grid_in(node)
-    return None if grid is None else like_grid(grid, grid.GetDisplacementGrid())

@@ -11,15 +11,15 @@ from vtk.util.numpy_support import numpy_to_vtk
 
 from .case_record import STAGES, CaseNodes
 from .node_factory import ensure
-from .transform_nodes import grid_rows
+from .transform_nodes import transform_rows
 
 COLUMNS = ("stage", "metric", "value", "unit")
 WORDS = {"ct": "CT", "trim30": "nearest 70 %,"}
 NO_UNIT = "no unit"
 
 
-def write_metrics(case: CaseNodes, grids: Any) -> None:
-    """Fill the metrics table: one row per figure, then the times, then every warning in words."""
+def write_metrics(case: CaseNodes) -> None:
+    """Fill the metrics table: one row per figure, then the transforms, the times, and every warning in words."""
     record = case.record
     rows = [
         (stage, _words(name), _number(entry["value"]), _unit(str(entry["unit"])))
@@ -27,8 +27,7 @@ def write_metrics(case: CaseNodes, grids: Any) -> None:
         for name, entry in record["metrics"].get(stage, {}).items()
     ]
     rows.append((record["stage"], "scale of the splat", _number(record["mm_per_unit"]), "mm per scene unit"))
-    if grids is not None:
-        rows += [("transform", name, _number(value), unit) for name, value, unit in grid_rows(grids)]
+    rows += [("transform", name, value, unit) for name, value, unit in transform_rows(case)]
     rows += [(part, "time", _number(seconds), "s") for part, seconds in record["seconds"].items()]
     rows += [("warning", code.replace("_", " "), message, "") for code, message in record["notices"]]
     fill_table(ensure(case, "metrics"), dict(zip(COLUMNS, zip(*rows, strict=True), strict=True)))
