@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
-MOST_THREADS = 4  # each holds the arrays of a chunk
+MOST_THREADS = 2  # each holds the arrays of a chunk
 
 
 def in_chunks(count: int, size: int, work: Callable[[slice], None]) -> None:

@@ -16,6 +16,7 @@ from ..exports.displacement_grid import sample_displacement
 from ..ground.checks import Array, InputError
 from ..ground.frames import Similarity
 from ..ground.progress import Cancelled, Progress
+from ..readers.organ_from_mask import organ_from_mask
 from .case_file import load_case
 from .case_outcome import CaseOutcome
 from .outcome_files import save_outcome
@@ -139,6 +140,11 @@ class Requests:
                 )
 
         return progress
+
+
+def warm_up() -> None:
+    """Load what is otherwise loaded by the first run: VTK's filters are."""
+    organ_from_mask(np.pad(np.ones((6, 6, 6), dtype=bool), 2), np.eye(4))
 
 
 def _pose(start: Any) -> Similarity:

@@ -46,8 +46,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 def serve(channel: Channel, folder: Path) -> None:
     """Answer the channel's requests in their order."""
     channel.tell(event="ready", organphys=__version__, file=package_file, pid=os.getpid())
-    from .server_requests import Requests  # loads the readers and solvers while the client prepares its case
+    from .server_requests import Requests, warm_up  # loads readers and solvers while the client prepares its case
 
+    warm_up()
     requests = Requests(channel, folder)
     while (request := channel.next()) is not None:
         answer(channel, requests.run, request)
