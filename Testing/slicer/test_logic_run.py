@@ -15,6 +15,7 @@ import slicer
 from organphys.pipeline.outcome_files import save_outcome
 from OrganPhysRegistrationLib.logic import OrganPhysRegistrationLogic
 from OrganPhysRegistrationLib.outputs.snapshot import remove_case
+from OrganPhysRegistrationLib.runs.live_view import LiveView
 from OrganPhysRegistrationLib.runs.result_nodes import result_steps
 from OrganPhysRegistrationLib.runs.run_inputs import RunInputs
 from OrganPhysRegistrationLib.runs.run_manager import BUSY
@@ -133,12 +134,19 @@ def test_a_pose_set_by_hand_reaches_the_child(
     assert sent[2][1] == {"start": pose.tolist()} and sent[3][1] == {}
 
 
-def test_changed_inputs_are_loaded_again(host: Any, make_logic: Callable, inputs: RunInputs) -> None:
-    logic, asked = make_logic(), list[str]()
-    finish(host, logic.startRun(inputs, ("coarse",)))
+def test_changed_inputs_are_loaded_again(
+    host: Any, make_logic: Callable, inputs: RunInputs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    logic, asked, faces = make_logic(), list[str](), list[Any]()
+    finish(host, logic.startRun(inputs, ("coarse", "rigid")))
+    monkeypatch.setattr(LiveView, "start", lambda self, known: faces.append(known))
+    finish(host, logic.startRun(inputs, ("rigid",)))
+    assert faces[0] is not None
+    faces.clear()
     inputs.landmarks.SetNthControlPointPosition(0, *example.organ().vertices[50].tolist())
     finish(host, logic.startRun(inputs, ("rigid",), onProgress=lambda stage, fraction: asked.append(stage)))
     assert {"load", "coarse", "rigid"} <= set(asked)
+    assert faces[0] is None  # those known may be another organ's
 
 
 @pytest.mark.parametrize("stage", ["load", "coarse", "elastic", "grids"])

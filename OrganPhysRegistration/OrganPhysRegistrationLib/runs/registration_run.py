@@ -79,8 +79,8 @@ class RegistrationRun:
 
     def _prepared(self, saved: SavedCase) -> None:
         self.state = "running"
-        self._live.start(self._session.faces)
         self._requests.begin(saved, self._stages, self._start)
+        self._live.start(self._session.faces)  # those of another organ are forgotten by now
 
     def _show_points(self, points: Array) -> None:
         self._live.show(points)
