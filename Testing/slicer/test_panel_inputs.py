@@ -43,7 +43,11 @@ def test_an_empty_panel_says_what_to_do_first(module, screenshot):
     screenshot(module.panel, "panel_empty")
 
 
-def test_no_text_is_cut_off_at_420_pixels(host, module, loaded, screenshot):
+def test_no_text_is_cut_off_at_420_pixels(host, module, parameters, loaded, screenshot):
+    parameters.unitChoice, parameters.cameraChoice = UnitChoice.Custom, CameraChoice.FromView
+    parameters.mmPerUnit, parameters.unitPercent = 123.456, 12.5
+    loaded["landmarks"].SetNthControlPointPositionWorld(0, 900, 0, 0)
+    host.process()
     for name in ("inputs", "display", "register", "result", "advanced"):
         getattr(module.ui, f"{name}Button").collapsed = False
     module.widget.panel.tell("A long sentence that has to be wrapped in a panel of 420 pixels, whatever happens.")

@@ -119,6 +119,17 @@ def test_a_pose_set_by_hand_starts_the_next_stages(host, module, case, monkeypat
     assert case.node("surface_rigid").GetParentTransformNode() is not handles
 
 
+def test_another_stage_ends_the_adjustment_by_hand(host, module, case):
+    module.ui.adjustPoseButton.click()
+    host.process()
+    assert module.ui.continuePoseButton.enabled
+    module.ui.stageCoarseButton.click()
+    host.process()
+    assert not module.ui.adjustPoseButton.checked
+    assert not module.ui.continuePoseButton.enabled
+    assert case.node("surface_elastic").GetParentTransformNode() is case.node("overlay_frame")
+
+
 def test_another_node_moves_with_the_organ(host, module, case):
     tumour = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLModelNode", "tumour")
     tumour.SetAndObserveMesh(case.node("surface_elastic").GetPolyData())

@@ -38,6 +38,8 @@ class DisplaySection(Section):
         has_splat = parameters.splat is not None
         for widget in (ui.previewFloatersButton, ui.removeFloatersButton, ui.showAllButton):
             widget.enabled = has_splat
+        if not has_splat:
+            ui.previewFloatersButton.checked = False
         self._observe_roi(parameters.roi)
         case = self.panel.case()
         in_ct = case is not None and case.get("overlay_frame") is not None

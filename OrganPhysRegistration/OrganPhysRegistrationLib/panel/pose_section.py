@@ -6,6 +6,8 @@ from typing import Any
 
 from slicer.i18n import tr as _
 
+from ..choices import Stage
+from ..outputs.pose_adjustment import PoseAdjustment
 from .register_section import RegisterSection
 from .section import Section, guarded
 
@@ -18,7 +20,8 @@ class PoseSection(Section):
     def __init__(self, panel: Any, register: RegisterSection) -> None:
         super().__init__(panel)
         self._register = register
-        self._adjustment: Any = None
+        self._adjustment: PoseAdjustment | None = None
+        self._stage: Stage | None = None
         self.ui.adjustPoseButton.connect("toggled(bool)", self._toggle)
         self.ui.continuePoseButton.connect("clicked()", self.go_on)
 
@@ -27,9 +30,10 @@ class PoseSection(Section):
 
     def refresh(self) -> None:
         running, case = self._register.running, self.panel.case()
-        if running or case is None:
+        if running or case is None or self.panel.parameters.shownStage is not self._stage:
             self._stop()
         self.ui.adjustPoseButton.enabled = case is not None and not running
+        self.ui.adjustPoseButton.checked = self._adjustment is not None
         self.ui.continuePoseButton.enabled = self._adjustment is not None
 
     def cleanup(self) -> None:
@@ -47,16 +51,15 @@ class PoseSection(Section):
 
     @guarded
     def _toggle(self, on: bool) -> None:
-        from ..outputs.pose_adjustment import PoseAdjustment
-
+        self.panel.refresh_soon()
         if on and self._adjustment is None:
-            self._adjustment = PoseAdjustment(self.panel.case())
-            self._adjustment.start(self.panel.parameters.shownStage.value)
+            adjustment, self._stage = PoseAdjustment(self.panel.case()), self.panel.parameters.shownStage
+            adjustment.start(self._stage.value)
+            self._adjustment = adjustment
             self.panel.tell(_("Drag the handles in the 3D view, then press Continue from this pose."))
-        elif not on:
+        elif not on and self._adjustment is not None:
             self._stop()
             self.panel.tell("")
-        self.panel.refresh_soon()
 
     def _stop(self) -> None:
         adjustment, self._adjustment = self._adjustment, None
