@@ -14,12 +14,18 @@ from typing import Any
 import slicer
 from slicer.ScriptedLoadableModule import ScriptedLoadableModuleLogic
 
-from organphys.ground.checks import InputError, one_of
+from organphys.ground.checks import InputError
 from organphys.ground.progress import Progress, no_progress
 
 from .dependencies import ensure_packages
+from .inputs.camera_input import camera_from_view
+from .inputs.sample_case import load_sample_case
+from .inputs.splat_node import load_splat
+from .outputs.apply_transform import apply_to
 from .outputs.case_record import CaseNodes
+from .runs.blocking_run import outcome_of_inputs
 from .runs.core_in_use import CoreInUse, core_in_use, log_core_in_use
+from .runs.exports import export_case
 from .runs.input_problems import problems_of, problems_of_parameters
 from .runs.registration_run import RegistrationRun
 from .runs.result_nodes import write_case
@@ -27,6 +33,7 @@ from .runs.run_callbacks import RunCallbacks, nothing
 from .runs.run_inputs import RunInputs, inputs_from_parameters
 from .runs.run_manager import BUSY, RunManager
 from .runs.run_process import RunProcess
+from .runs.segment_copy import copy_segment
 
 STAGES = ("coarse", "rigid", "elastic")
 STAGE_RUNS = tuple(STAGES[first:end] for first in range(3) for end in range(first + 1, 4))
@@ -54,15 +61,11 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
         for a file that is not a splat.
         """
         ensure_packages()
-        from .inputs.splat_node import load_splat
-
         return load_splat(path, mm_per_unit=mmPerUnit, percent=mmPerUnitPercent)
 
     def loadSampleCase(self, *, folder: str | Path | None = None, size: str = "full") -> dict[str, Any]:
         """Make (once, a few seconds) and load the sample case: segmentation, segmentID, splat, landmarks."""
         ensure_packages()
-        from .inputs.sample_case import load_sample_case
-
         nodes = load_sample_case(folder=folder, size=size)
         return {
             "segmentation": nodes.segmentation,
@@ -73,8 +76,6 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
 
     def cameraFromView(self, splatNode: Any, view: Any = None) -> tuple[Any, float]:
         """Position (3,) in scene units and field of view in degrees (0: not known) of a 3D view (default the first)."""
-        from .inputs.camera_input import camera_from_view
-
         if view is None:
             view = slicer.app.layoutManager().threeDWidget(0).mrmlViewNode()
         return camera_from_view(splatNode, view)
@@ -130,8 +131,6 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
             **options,
         )
         self._check(inputs, stages)
-        from .runs.blocking_run import outcome_of_inputs
-
         written = write_case(outcome_of_inputs(inputs, stages, start, progress), inputs)
         self._runs.remember(written.case, written.undo)
         return written.case
@@ -190,16 +189,11 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
 
         keepParent: it stands under another transform already, which is then applied first.
         """
-        from .outputs.apply_transform import apply_to
-
         apply_to(case, node, keep_parent=keepParent)
 
     def applyTransformToSegment(self, case: CaseNodes, segmentationNode: Any, segmentID: str) -> Any:
         """Copy one segment (a tumour of the CT's segmentation) into a segmentation node of its own, which stands under
         the case's CT-to-scene transform; that node. The source is not changed."""
-        from .outputs.apply_transform import apply_to
-        from .runs.segment_copy import copy_segment
-
         node = copy_segment(segmentationNode, segmentID)
         try:
             apply_to(case, node, keep_parent=True)
@@ -211,22 +205,7 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
     def export(self, case: CaseNodes, what: str, path: str | Path) -> str:
         """Write a file and return its path: "surface" (.stl, .ply, .vtp; RAS mm), "asset" (.organphys), "transform"
         (.h5, .nrrd) or "report" (report.html, or a folder for it). Without an ending the first one named is taken."""
-        from .outputs.case_exports import export_asset, export_surface, export_transform
-        from .outputs.report_export import export_report
-
-        writers = {
-            "surface": (export_surface, ".stl"),
-            "asset": (export_asset, ".organphys"),
-            "transform": (export_transform, ".h5"),
-            "report": (export_report, ".html"),
-        }
-        write, suffix = writers[one_of(what, "what to export", tuple(writers))]
-        file = Path(path)
-        if what == "report" and file.suffix != ".html":
-            file = file / "report.html"
-        file = file if file.suffix else file.with_suffix(suffix)
-        write(case, file)
-        return str(file)
+        return export_case(case, what, path)
 
     def cleanup(self) -> None:
         """Give up a run and end the registration process; called when the application or the panel closes."""
