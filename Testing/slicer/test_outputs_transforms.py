@@ -17,7 +17,7 @@ from OrganPhysRegistrationLib.outputs import inverse_transform
 from OrganPhysRegistrationLib.outputs.apply_transform import apply_to, harden, take_out
 from OrganPhysRegistrationLib.outputs.case_exports import export_transform
 from OrganPhysRegistrationLib.outputs.case_nodes import CaseNodes, write_grids, write_outcome
-from OrganPhysRegistrationLib.outputs.follow_splat import follow_splat
+from OrganPhysRegistrationLib.outputs.follow_splat import follow_splat, results_follow
 from OrganPhysRegistrationLib.outputs.geometry import point_cloud, points_of
 from OrganPhysRegistrationLib.outputs.overlay_frame import set_overlay
 from OrganPhysRegistrationLib.outputs.volume_node import asset_of
@@ -84,7 +84,7 @@ def test_results_follow_the_splat_to_another_scale(case, inside, host, tmp_path,
     assert not follow_splat(case)
     set_overlay(case, "CT")
     set_scale(case.splat, 40.0, "stated")
-    assert follow_splat(case)
+    assert results_follow(case.splat) == 1
     set_overlay(case, "endoscope")
     true = true_world_points(case, inside)
     assert np.abs(points_of(case.node("volume").GetPolyData())[::7] - true).max() < 1e-3

@@ -35,6 +35,11 @@ def follow_splat(case: CaseNodes) -> bool:
     return True
 
 
+def results_follow(splat: Any) -> int:
+    """``follow_splat`` for every case on this splat; how many of them moved."""
+    return sum(follow_splat(case) for case in CaseNodes.all(splat.GetScene()) if case.splat is splat)
+
+
 def _move_model(node: Any, move: Any) -> None:
     mover = vtk.vtkTransformPolyDataFilter()
     mover.SetTransform(move)
