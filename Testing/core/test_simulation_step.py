@@ -27,7 +27,7 @@ def run(body, options, steps, dt, z=None, velocity=None):
     scene = Scene((body,), options=options)
     zero = np.zeros((body.basis.size, 3))
     z, velocity = (zero if value is None else value for value in (z, velocity))
-    states = [SceneState((BodyState(z, velocity, zero, zero),))]
+    states = [SceneState((BodyState(z, velocity, zero, zero, zero),))]
     for _ in range(steps):
         state, report = step(scene, states[-1], (), dt)
         assert report.bodies[0].solve.stop is Stop.CONVERGED

@@ -13,7 +13,7 @@ from ..ground.solve_report import SolveReport
 from ..mechanics.determinant import cofactor
 from .body import Body
 from .contact_terms import ContactTerms
-from .factor import FactorCache
+from .factor import FactorCache, renewed
 from .grasp import grip_springs, slipped_grip, updated_grip
 from .incremental_potential import IncrementalPotential
 from .near_tools import SPARE, contact_terms, near_samples
@@ -24,6 +24,7 @@ from .time_scheme import SchemeStep, scheme_step
 from .tool_force import ToolForce, tool_forces
 from .tools import PlacedPart, Tool, place
 
+SURE = 1.3  # samples between the middles of patches may move farther than these
 SEARCHES = 4  # rounds of the search for near samples, should the tissue have moved farther than expected
 
 
@@ -66,7 +67,8 @@ def advance(
     """The body's state ``dt`` s later."""
     scheme = scheme_step(options.scheme, state, dt)
     old, new = motion.parts(motion.before), motion.parts(motion.after)
-    samples = _near(body, state.z, state, (*old, *new), options, dt)
+    spare = SPARE + 1.5 * dt * fastest(body, state.velocity)
+    samples = _near(body, state, (*old, *new), options.contact_gap + spare)
     state = replace(state, grips=_grips(body, state, samples, motion))
     for _ in range(SEARCHES):
         terms = None
@@ -75,7 +77,9 @@ def advance(
                 body, state, samples, motion.tools, motion.owner, old, new, motion.after, options, scheme.h
             )
         potential = IncrementalPotential.of_step(body, options, scheme, terms)
-        solved = minimise(potential, (scheme.predicted, state.z), cache)
+        solved = minimise(potential, (scheme.predicted, state.z), state.reference, cache)
+        if not new or SURE * fastest(body, solved.at.z - state.z) < spare:
+            break
         missed = np.setdiff1d(near_samples(body, solved.at.z, new, options.contact_gap), samples)
         if not len(missed):
             break
@@ -84,19 +88,16 @@ def advance(
 
 
 def fastest(body: Body, velocity: Array) -> float:
-    """Largest speed of the surface, m/s, at coordinate velocity (n, 3)."""
+    """Largest speed of the middles of all patches, m/s, at coordinate velocity (n, 3); or way in m at a change of z."""
     return float(np.sqrt(((body.middle_phi @ velocity) ** 2).sum(1).max()))
 
 
-def _near(
-    body: Body, z: Array, state: BodyState, parts: tuple[PlacedPart, ...], options: SimulationOptions, dt: float
-) -> NDArray[np.int64]:
-    """Samples that a tool may touch, and those it holds."""
+def _near(body: Body, state: BodyState, parts: tuple[PlacedPart, ...], within: float) -> NDArray[np.int64]:
+    """Samples that a tool may touch, and those it holds or has just held."""
     if not parts:
         return np.zeros(0, dtype=np.int64)
-    within = options.contact_gap + SPARE + 1.5 * dt * fastest(body, state.velocity)
-    found = [near_samples(body, z, parts, within), *(grip.sample for grip in state.grips)]
-    return np.unique(np.concatenate(found))
+    kept = [samples for grip in state.grips for samples in (grip.sample, grip.passing)]
+    return np.unique(np.concatenate([near_samples(body, state.z, parts, within), *kept]))
 
 
 def _grips(body: Body, state: BodyState, samples: NDArray[np.int64], motion: Motion) -> tuple[Grip, ...]:
@@ -122,8 +123,10 @@ def _outcome(
         part, row = np.nonzero(at.contact.press > 0)
         touch = Touch(terms.samples[row], part, at.contact.press[part, row], at.contact.normals[part, row])
         forces = tuple(tool_forces(terms, at.contact, at.z, motion.after, motion.owner))
-        deepest = max(0.0, -float(np.where(terms.off, 0.0, terms.gaps(terms.positions(at.z))[0]).min()))
+        gaps = terms.gaps(terms.positions(at.z))[0]
+        deepest = max(0.0, -float(np.where(terms.off, 0.0, gaps).min()))
         grips = _slipped(body, state, motion, at.z)
+        grips = tuple(_left(grip, terms, gaps[motion.owner == k]) for k, grip in enumerate(grips))
     f = at.deformation
     determinants = (f[0] * cofactor(f)[0]).sum(0)
     weights = body.strain.weights
@@ -137,7 +140,17 @@ def _outcome(
         len(touch.sample),
         forces,
     )
-    return BodyState(at.z, velocity, state.z, state.velocity, dt, touch, grips), report
+    reference, excess = renewed(state.reference, state.excess, at.z, solved.cg_steps)
+    new = BodyState(at.z, velocity, state.z, state.velocity, reference, excess, dt, touch, grips)
+    return new, report
+
+
+def _left(grip: Grip, terms: ContactTerms, gaps: Array) -> Grip:
+    """The grip without the passing samples that have left the tool, whose parts have ``gaps`` (P, N)."""
+    if not len(grip.passing):
+        return grip
+    inside = terms.samples[gaps.min(axis=0) < terms.width]
+    return replace(grip, passing=np.intersect1d(grip.passing, inside))
 
 
 def _slipped(body: Body, state: BodyState, motion: Motion, z: Array) -> tuple[Grip, ...]:

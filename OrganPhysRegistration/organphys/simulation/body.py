@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..basis.reduced_elasticity import ReducedElasticity
-from ..ground.checks import Array
+from ..ground.checks import Array, InputError
 from ..mechanics.tissue import GENERIC, Tissue
 from .contact_samples import ContactSamples
 from .pins import Pin, spring_matrix
 from .quadrature import Quadrature
 from .rest_shape import RestShape
+from .sample_basis import SampleBasis
 from .simulation_basis import SimulationBasis
 from .state import BodyState
 from .strain_energy import StrainEnergy
@@ -22,14 +23,14 @@ from .strain_energy import StrainEnergy
 
 @dataclass(frozen=True)
 class Body:
-    """strain: elastic energy; base_phi (S, m): basis without local columns at the contact samples; ``held`` (n, n):
+    """strain: elastic energy; sample_basis: basis without local columns at the contact samples; ``held`` (n, n):
     matrix N/m of the springs (k,) N/m at rest positions held_points (k, 3) m, which come from ``pins``, if from any;
     ``plain``: the same body without local functions, if it has some."""
 
     shape: RestShape
     basis: SimulationBasis
     strain: StrainEnergy
-    base_phi: Array
+    sample_basis: SampleBasis
     tissue: Tissue
     held: Array
     held_points: Array
@@ -50,21 +51,22 @@ class Body:
 
     @cached_property
     def mean_phi(self) -> Array:
-        """Volume mean (n,) of the basis: the centre of mass moves by mean_phi @ Z."""
-        volumes = self.shape.volumes
-        phi: Array = (volumes / volumes.sum()) @ self.basis.phi(self.shape.points)
-        return phi
+        """Volume mean (n,) of the basis: the centre of mass moves by mean_phi @ Z.
+
+        The columns are orthonormal, so these are also the coordinates of a displacement by 1 everywhere.
+        """
+        return self.basis.affine_coordinates(np.zeros((3, 3)), np.ones(3))[:, 0]
 
     @cached_property
     def vertex_phi(self) -> Array:
         """Basis (Nv, n) at the vertices of the surface."""
         return self.basis.phi(self.samples.vertices)
 
-    @cached_property
-    def rest_stiffness(self) -> Array:
-        """Hessian (3n, 3n) of the elastic energy at rest, N/m, in the order of Z.ravel()."""
+    @property
+    def elasticity(self) -> ReducedElasticity:
+        """The elastic energy with its whole Hessian."""
         rows = self.strain.rows.reshape(3, len(self.strain.weights), -1)
-        return ReducedElasticity(rows, self.strain.points, self.strain.weights, self.tissue.material).rest_hessian()
+        return ReducedElasticity(rows, self.strain.points, self.strain.weights, self.tissue.material)
 
     def vertices(self, z: Array) -> Array:
         """Surface vertices (Nv, 3), m, at Z (n, 3)."""
@@ -72,7 +74,7 @@ class Body:
 
     def sample_phi(self, samples: NDArray[np.int64]) -> Array:
         """Basis (k, n) at the contact samples (k,)."""
-        base = self.base_phi[samples]
+        base = self.sample_basis.rows(samples)
         if self.basis.local is None:
             return base
         values = self.basis.local.functions.values(self.samples.points[samples])
@@ -81,7 +83,7 @@ class Body:
     @cached_property
     def middle_phi(self) -> Array:
         """Basis (P, n) at the middle of every patch of contact samples."""
-        return self.sample_phi(self.samples.middle)
+        return self.basis.phi(self.samples.points[self.samples.middle])
 
     def sample_positions(self, z: Array, samples: NDArray[np.int64]) -> Array:
         """Positions (k, 3), m, of the contact samples (k,) at Z (n, 3)."""
@@ -117,7 +119,7 @@ def held_body(
         shape=shape,
         basis=basis,
         strain=strain_energy(basis, shape.cells.quadrature, tissue),
-        base_phi=basis.phi(shape.samples.points),
+        sample_basis=SampleBasis(basis, shape.samples),
         tissue=tissue,
         held=spring_matrix(basis, points, springs),
         held_points=points,
@@ -133,16 +135,24 @@ def strain_energy(basis: SimulationBasis, cells: Quadrature, tissue: Tissue) -> 
 
 
 def transferred(state: BodyState, old: Body, new: Body) -> BodyState:
-    """The state of ``old`` on the basis of ``new``, a body of the same shape: nearest in the mass, contacts kept."""
+    """The state of ``old`` on the basis of ``new``, a body of the same shape: nearest in the mass, contacts kept.
+
+    Should that turn tissue inside out somewhere, it is drawn towards its affine part as far as needed. InputError if
+    that is inside out as well.
+    """
     points, volumes = new.shape.points, new.shape.volumes
     share = (volumes / volumes.sum())[:, None]
     project = new.basis.phi(points).T @ (share * old.basis.phi(points))
-    return BodyState(
-        project @ state.z,
-        project @ state.velocity,
-        project @ state.z_before,
-        project @ state.velocity_before,
-        state.dt_before,
-        state.touch,
-        state.grips,
-    )
+    moved = untangled(new, state.projected(project), first=4)
+    if moved is None:
+        raise InputError("state: the tissue is too distorted to be brought over; let it relax first")
+    return moved
+
+
+def untangled(body: Body, state: BodyState, *, first: int) -> BodyState | None:
+    """The state with its coordinates from column ``first`` on shrunk until det F > 0; None if it never is."""
+    for shrink in (1.0, 0.9, 0.7, 0.5, 0.3, 0.0):
+        z = np.concatenate([state.z[:first], shrink * state.z[first:]])
+        if body.strain.determinants(z).min() > 0:
+            return state if shrink == 1 else replace(state, z=z)
+    return None

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from ..ground.checks import Array, as_positive
 from ..points.sampling import cell_keys, one_per_cell
 
-PATCH_CELLS = 6  # sample spacings along the edge of a patch's cell
+PATCH_CELLS = 12  # sample spacings along the edge of a patch's cell
 FINER, CELL = 0.6, 0.75  # triangle edges and thinning cells in sample spacings
 
 
@@ -20,7 +20,7 @@ class ContactSamples:
     """Surface at rest, m: vertices (Nv, 3) and faces (Nf, 3), outward; points (S, 3) with areas (S,) m^2 on it.
 
     The points are sorted by patch; starts (P + 1,): patch k holds the points starts[k] to starts[k + 1]; middle (P,):
-    its central point; reach (P,) m: radius round that.
+    its central point; reach (P,) m: radius round that; ``spacing`` m: as asked for.
     """
 
     vertices: Array
@@ -30,6 +30,7 @@ class ContactSamples:
     starts: NDArray[np.int64]
     middle: NDArray[np.int64]
     reach: Array
+    spacing: float
 
     def of_patches(self, patches: NDArray[np.int64]) -> NDArray[np.int64]:
         """Indices of all points of the patches, ascending."""
@@ -48,7 +49,7 @@ def contact_samples(vertices: Array, faces: NDArray[np.int64], spacing: float) -
     order = np.argsort(keys, kind="stable")
     points, areas, keys = points[order], areas[order], keys[order]
     starts = np.concatenate([[0], np.flatnonzero(np.diff(keys)) + 1, [len(keys)]])
-    return ContactSamples(vertices, faces, points, areas, starts, *_patches(points, starts))
+    return ContactSamples(vertices, faces, points, areas, starts, *_patches(points, starts), spacing)
 
 
 def triangle_centroids(vertices: Array, faces: NDArray[np.int64], spacing: float) -> tuple[Array, Array]:

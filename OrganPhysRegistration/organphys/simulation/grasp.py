@@ -5,6 +5,8 @@ Which samples are held changes only between steps, with a hysteresis in the jaw 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,13 +32,15 @@ def updated_grip(grip: Grip, body: Body, z: Array, near: NDArray[np.int64], pose
     ``near`` (k,): samples that may lie between the jaws; z (n, 3): coordinates of the body.
     """
     if grip.closed:
-        return Grip() if pose.jaw_deg > jaws.open_deg else grip
+        opened = pose.jaw_deg > jaws.open_deg
+        return Grip(passing=np.union1d(grip.passing, grip.sample)) if opened else grip
     if pose.jaw_deg > jaws.close_deg:
         return grip
     points = body.sample_positions(z, near)
     held = between_jaws(points, pose, jaws)
     anchor = (points[held] - pose.position) @ pose.rotation
-    return Grip(near[held], anchor, float(body.samples.areas[near[held]].sum()), closed=True)
+    area = float(body.samples.areas[near[held]].sum())
+    return Grip(near[held], anchor, area, closed=True, passing=np.setdiff1d(grip.passing, near[held]))
 
 
 def grip_springs(grip: Grip, samples: ContactSamples, jaws: Jaws) -> tuple[Array, Array]:
@@ -60,7 +64,7 @@ def grip_value(offset: Array, stiffness: Array, limit: Array) -> FrictionValue:
 def slipped_grip(grip: Grip, points: Array, pose: ToolPose, jaws: Jaws, stiffness: Array, limit: Array) -> Grip:
     """The grip after a step: anchors of samples at points (k, 3) beyond their limit are drawn after them.
 
-    Samples whose anchor has left the jaws are lost; the jaws stay closed.
+    Samples whose anchor has left the jaws are lost and pass; the jaws stay closed.
     """
     local = (points - pose.position) @ pose.rotation
     offset = local - grip.anchor
@@ -69,4 +73,5 @@ def slipped_grip(grip: Grip, points: Array, pose: ToolPose, jaws: Jaws, stiffnes
     drawn = np.maximum(1 - reach / np.maximum(length, 1e-30), 0.0)
     anchor = grip.anchor + drawn[:, None] * offset
     kept = (drawn == 0) | between_jaws(anchor @ pose.rotation.T + pose.position, pose, jaws)
-    return Grip(grip.sample[kept], anchor[kept], grip.area, grip.closed)
+    passing = np.union1d(grip.passing, grip.sample[~kept])
+    return replace(grip, sample=grip.sample[kept], anchor=anchor[kept], passing=passing)

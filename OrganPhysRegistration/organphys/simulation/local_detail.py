@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from ..ground.checks import Array, InputError, as_positive
 from ..points.sampling import farthest_points
-from .body import Body
+from .body import Body, untangled
 from .local_cells import inside_grid, refined_cells, within
 from .local_functions import LocalFunctions
 from .pins import spring_matrix
@@ -82,13 +82,7 @@ def detail_state(state: BodyState, old: Body, new: Body) -> BodyState:
     project[:n, :n] = np.eye(n)
     if old.basis.local is not None and new.basis.local is not None:
         project[n:, n:] = _local_products(new, old)
-    return replace(
-        state,
-        z=project @ state.z,
-        velocity=project @ state.velocity,
-        z_before=project @ state.z_before,
-        velocity_before=project @ state.velocity_before,
-    )
+    return state.projected(project)
 
 
 def _local_products(new: Body, old: Body) -> Array:
@@ -115,14 +109,18 @@ def contact_centre(body: Body, state: BodyState) -> Array | None:
 
 
 def followed(body: Body, state: BodyState, detail: LocalDetail) -> tuple[Body, BodyState]:
-    """Body and state with local functions made or moved where the contact asks for it, and dropped once at rest."""
+    """Body and state with local functions made or moved where the contact asks for it, and dropped once at rest.
+
+    They stay where they are while moving them would turn tissue inside out.
+    """
     centre, local, new = contact_centre(body, state), body.basis.local, body
     if centre is None:
         if local is not None and _dimple(body, state) < AT_REST:
             new = body.plain or body
     elif local is None or np.linalg.norm(local.functions.middle - centre) > detail.follow * detail.radius:
         new = with_detail(body, centre, detail)
-    return (body, state) if new is body else (new, detail_state(state, body, new))
+    moved = None if new is body else untangled(new, detail_state(state, body, new), first=new.basis.mixing.shape[1])
+    return (body, state) if moved is None else (new, moved)
 
 
 def _dimple(body: Body, state: BodyState) -> float:

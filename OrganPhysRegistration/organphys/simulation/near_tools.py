@@ -66,8 +66,9 @@ def contact_terms(
         for surface_grip in [grip_springs(grip, surface, tool.jaws)]
     )
     off = np.zeros((len(new), len(samples)), dtype=bool)
-    for grip in held:
-        off[np.ix_(owner == grip.tool, grip.row)] = True
+    for tool, grip in enumerate(state.grips):
+        free = np.isin(samples, np.concatenate([grip.sample, grip.passing]))
+        off[np.ix_(owner == tool, free)] = True
     return ContactTerms(
         samples=samples,
         points=points,
@@ -78,7 +79,7 @@ def contact_terms(
         new=new,
         off=off,
         unchecked=off | already_crossed(old, new, start),
-        sticking=_sticking(state, samples, start, old, new, options, h),
+        sticking=_sticking(state, samples, start, owner, old, new, options, h),
         held=held,
         width=options.contact_gap,
         pressure=options.contact_pressure,
@@ -94,14 +95,19 @@ def _sticking(
     state: BodyState,
     samples: NDArray[np.int64],
     start: Array,
+    owner: NDArray[np.int64],
     old: tuple[PlacedPart, ...],
     new: tuple[PlacedPart, ...],
     options: SimulationOptions,
     h: float,
 ) -> Sticking:
-    """Friction at last step's contacts, as far as their samples are near still."""
+    """Friction at last step's contacts, as far as their samples are near still.
+
+    Closed jaws that hold something rub on nothing else: what they can pull is the force limit of the grip.
+    """
     touch = state.touch
-    here = np.isin(touch.sample, samples) if options.friction > 0 else np.zeros(len(touch.sample), dtype=bool)
+    holding = np.array([bool(len(grip.sample)) for grip in state.grips])
+    here = np.isin(touch.sample, samples) & ~holding[owner[touch.part]] & (options.friction > 0)
     row, part = np.searchsorted(samples, touch.sample[here]), touch.part[here]
     motion = np.zeros((len(row), 3))
     for k in np.unique(part):

@@ -32,9 +32,12 @@ class Solved(NamedTuple):
     cg_steps: int
 
 
-def minimise(potential: IncrementalPotential, starts: tuple[Array, ...], cache: FactorCache) -> Solved:
+def minimise(
+    potential: IncrementalPotential, starts: tuple[Array, ...], reference: Array, cache: FactorCache
+) -> Solved:
     """Minimum from the first of ``starts`` (n, 3) that is admissible; the last one must be.
 
+    ``reference`` (n, 3): where the preconditioner takes its stiffness.
     The report's residual is the norm of the gradient over the largest force. With ``Stop.STALLED`` or STEP_LIMIT the
     state is still finite, just not as exact as asked.
     """
@@ -48,7 +51,7 @@ def minimise(potential: IncrementalPotential, starts: tuple[Array, ...], cache: 
             return Solved(at, SolveReport(Stop.CONVERGED, iteration, evaluations, norm / largest), cg_steps)
         if iteration == potential.options.newton_steps:
             break
-        factor = cache.factor(potential, at)
+        factor = cache.factor(potential, at, reference)
         direction, used = _direction(potential, at, factor, max(FORCING * norm, 0.3 * goal))
         cg_steps += used
         trial, tried = _line_search(potential, at, direction)

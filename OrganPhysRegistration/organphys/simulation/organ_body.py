@@ -25,7 +25,7 @@ def organ_body(
     tissue: Tissue | None = None,
     handles: int = 20,
     quadrature: int = 2000,
-    sample_spacing: float = 1.2e-3,
+    sample_spacing: float = 1e-3,
     seed: int = 0,
 ) -> Body:
     """Body of the organ as registered; ``tissue``: the preset that goes with the organ's name if not given.

@@ -73,7 +73,7 @@ def rest_shape(
     handles: int = 20,
     quadrature: int = 2000,
     nodes: int = 400,
-    sample_spacing: float = 1.2e-3,
+    sample_spacing: float = 1e-3,
     seed: int = 0,
 ) -> RestShape:
     """Shape from points (N, 3) m with volumes (N,) m^3 inside a closed surface: vertices (Nv, 3) m, faces (Nf, 3).

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..ground.checks import InputError
-from ..ground.notices import Notice
+from ..ground.notices import Notice, plain_number
 from .body import Body
 from .options import SimulationOptions
 from .state import BodyState, SceneState, ToolPose
@@ -50,10 +50,12 @@ class Scene:
     def notices(self) -> tuple[Notice, ...]:
         """What the user should know before the run."""
         out = []
-        if self.options.gravity.any():
-            out += [
-                Notice("unpinned", f"{body.name} has no pins: it will fall with gravity")
-                for body in self.bodies
-                if not body.held.any()
-            ]
+        for body in self.bodies:
+            if self.options.gravity.any() and not body.held.any():
+                out.append(Notice("unpinned", f"{body.name} has no pins: it will fall with gravity"))
+            for tool in self.tools:
+                if body.samples.spacing > 0.5 * tool.radius * (1 + 1e-9):
+                    spacing, radius = (plain_number(1000 * x) for x in (body.samples.spacing, tool.radius))
+                    text = f"{tool.name} of radius {radius} mm may sink in between contact samples {spacing} mm apart"
+                    out.append(Notice("coarse_samples", f"{text}: take a sample spacing of half the radius"))
         return tuple(out)

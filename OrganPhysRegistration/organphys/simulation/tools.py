@@ -133,7 +133,7 @@ def probe(radius: float = 0.0025, length: float = 0.1) -> Tool:
 
 
 def gripper(
-    jaws: Jaws | None = None, *, jaw_radius: float = 0.0012, shaft_radius: float = 0.0025, shaft_length: float = 0.1
+    jaws: Jaws | None = None, *, jaw_radius: float = 0.002, shaft_radius: float = 0.0025, shaft_length: float = 0.1
 ) -> Tool:
     """Two capsule jaws and a shaft along -z; metres. The closed jaws touch each other along the z axis."""
     jaws = jaws or Jaws()

@@ -1,0 +1,87 @@
+"""Random tool trajectories for a minute each: nothing may become NaN, turn inside out, or take long.
+
+    python Testing/benchmarks/simulation_soak.py [organ.organphys] [--seeds 10] [--seconds 60] [--detail]
+
+A gripper wanders over, into and out of the organ with random speeds up to 200 mm/s and random jaws; gravity is on in
+every other seed. Prints one line per seed and ends with status 1 if any run failed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+
+import numpy as np
+from simulation_step import DT, body_of, facing, pinned
+
+from organphys.ground.frames import rotation_about
+from organphys.simulation.body import Body
+from organphys.simulation.local_detail import LocalDetail
+from organphys.simulation.options import SimulationOptions, gravity_along
+from organphys.simulation.scene import Scene
+from organphys.simulation.session import Simulation
+from organphys.simulation.state import ToolPose
+from organphys.simulation.tools import gripper
+
+FASTEST = 0.2  # m/s
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("asset", nargs="?")
+    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--seconds", type=float, default=60)
+    parser.add_argument("--detail", action="store_true")
+    options = parser.parse_args()
+    body = pinned(body_of(options.asset, 20, 1000))
+    detail = LocalDetail() if options.detail else None
+    good = [soak(body, seed, round(options.seconds / DT), detail) for seed in range(options.seeds)]
+    sys.exit(0 if all(good) else 1)
+
+
+def trajectory(body: Body, seed: int, steps: int) -> list[ToolPose]:
+    """Random targets near the organ, approached at random speeds, with random tilts and jaw openings."""
+    rng = np.random.default_rng(seed)
+    top, turn = facing(body)
+    position, jaw, tilt, poses = top + [0, 0, 0.03], 40.0, np.zeros(3), []
+    while len(poses) < steps:
+        target = top + rng.normal(size=3) * [0.02, 0.02, 0.012] + [0, 0, 0.004]
+        wanted, lean, speed = rng.uniform(0, 70), 0.3 * rng.normal(size=3), rng.uniform(0.01, FASTEST)
+        count = max(int(np.linalg.norm(target - position) / (speed * DT)), 8)
+        for part in np.linspace(0, 1, count + 1)[1:]:
+            way = tilt + part * (lean - tilt)
+            spin = rotation_about(way, float(np.linalg.norm(way))) if way.any() else np.eye(3)
+            poses.append(ToolPose(position + part * (target - position), spin @ turn, jaw + part * (wanted - jaw)))
+        position, jaw, tilt = target, wanted, lean
+    return poses[:steps]
+
+
+def soak(body: Body, seed: int, steps: int, detail: LocalDetail | None) -> bool:
+    """One run and its line; True if all went well."""
+    gravity = gravity_along([0, 0, -1]) if seed % 2 else np.zeros(3)
+    poses = trajectory(body, seed, steps)
+    scene = Scene((body,), (gripper(),), SimulationOptions(gravity=gravity))
+    simulation = Simulation(scene, scene.initial_state(poses[0]), detail=detail)
+    times, lowest, deepest, force, stops, held = [], 1.0, 0.0, 0.0, {}, 0
+    for pose in poses:
+        start = time.process_time()
+        report = simulation.step((pose,), dt=DT)
+        times.append(1e3 * (time.process_time() - start))
+        one = report.bodies[0]
+        lowest, deepest = min(lowest, one.min_det), max(deepest, one.deepest_m)
+        force = max(force, float(np.linalg.norm(report.forces[0].force)))
+        stops[one.solve.stop.name] = stops.get(one.solve.stop.name, 0) + 1
+        held += bool(len(simulation.state.bodies[0].grips[0].sample))
+    fine = bool(np.isfinite(simulation.state.bodies[0].z).all()) and lowest > 0
+    print(
+        f"seed {seed}: {'ok    ' if fine else 'FAILED'} min det F {lowest:.3f}, deepest {1e3 * deepest:.2f} mm, force up "
+        f"to {force:.1f} N, holding in {held} of {steps} steps, processor ms median {np.median(times):.1f}, p95 "
+        f"{np.percentile(times, 95):.1f}, max {max(times):.0f}, {stops}",
+        flush=True,
+    )
+    return fine
+
+
+if __name__ == "__main__":
+    main()
