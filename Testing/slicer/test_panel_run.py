@@ -40,6 +40,7 @@ def run_to(host, module, register):
             module.ui.applyButton.click()
         assert register.running, module.ui.messageLabel.text
         host.wait_until(lambda: reached(percent), TIMEOUT)
+        host.process()
 
     return run
 
@@ -88,6 +89,7 @@ def test_single_steps_build_on_each_other(host, module, nodes, register):
     for stage in ("coarse", "rigid"):
         getattr(module.ui, f"{stage}Button").click()
         host.wait_until(lambda: not register.running, TIMEOUT)
+        host.process()
         assert panel.case().stage == stage, module.ui.messageLabel.text
         assert panel.parameters.shownStage.value == stage
     assert not module.ui.stageElasticButton.enabled
