@@ -88,7 +88,10 @@ def test_stages_that_were_not_run_cannot_be_chosen(host, module, panel_of, case)
 
 
 def test_overlay_moves_to_the_ct_and_back(host, module, panel_of, case):
+    assert module.ui.overlayEndoscopeButton.checked
+    assert module.ui.stageElasticButton.checked
     module.ui.overlayCtButton.click()
+    assert module.ui.overlayCtButton.checked
     assert overlay_in(case) == "CT"
     assert panel_of.parameters.overlayIn is OverlayIn.CT
     assert not np.allclose(array_of(case.node("overlay_frame").GetMatrixTransformToParent()), np.eye(4))
