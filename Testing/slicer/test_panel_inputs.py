@@ -9,7 +9,9 @@ import pytest
 import qt
 import slicer
 
+import OrganPhysRegistrationLib.logic
 from OrganPhysRegistrationLib.choices import CameraChoice, Stiffness, UnitChoice
+from OrganPhysRegistrationLib.dependencies import DependencyError
 from OrganPhysRegistrationLib.inputs.matrices import array_of
 from OrganPhysRegistrationLib.logic import OrganPhysRegistrationLogic
 from OrganPhysRegistrationLib.panel.segmentation_shortcuts import offer
@@ -280,3 +282,16 @@ def test_segmentation_shortcuts_are_offered_where_the_extensions_are(module, mon
     assert [action.text for action in actions] == ["Segment with TotalSegmentator"]
     actions[0].trigger()
     assert opened == ["TotalSegmentator"]
+
+
+def test_packages_that_are_declined_are_told_in_the_panel(host, module, loaded, monkeypatch):
+    def declined(**_options):
+        raise DependencyError("OrganPhys cannot run without plyfile: press Register again and accept.")
+
+    monkeypatch.setattr(OrganPhysRegistrationLib.logic, "ensure_packages", declined)
+    module.ui.applyButton.click()
+    host.process()
+    assert "press Register again" in module.ui.messageLabel.text
+    assert module.ui.applyButton.text == "Register"
+    assert module.ui.applyButton.enabled
+    assert host.record.dialogs == []
