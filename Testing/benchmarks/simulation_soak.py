@@ -2,8 +2,8 @@
 
     python Testing/benchmarks/simulation_soak.py [organ.organphys] [--seeds 10] [--seconds 60] [--detail]
 
-A gripper wanders over, into and out of the organ with random speeds up to 200 mm/s and random jaws; gravity is on in
-every other seed. Prints one line per seed and ends with status 1 if any run failed.
+A gripper wanders over, into and out of the organ with random speeds up to 200 mm/s and random jaws; in every other
+seed a tenth of gravity draws the organ towards it. Prints one line per seed and ends with status 1 if any run failed.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def trajectory(body: Body, seed: int, steps: int) -> list[ToolPose]:
     """Random targets near the organ, approached at random speeds, with random tilts and jaw openings."""
     rng = np.random.default_rng(seed)
     top, turn = facing(body)
-    position, jaw, tilt, poses = top + [0, 0, 0.03], 40.0, np.zeros(3), []
+    position, jaw, tilt, poses = top + np.array([0, 0, 0.03]), 40.0, np.zeros(3), []
     while len(poses) < steps:
         target = top + rng.normal(size=3) * [0.02, 0.02, 0.012] + [0, 0, 0.004]
         wanted, lean, speed = rng.uniform(0, 70), 0.3 * rng.normal(size=3), rng.uniform(0.01, FASTEST)
@@ -59,7 +59,7 @@ def trajectory(body: Body, seed: int, steps: int) -> list[ToolPose]:
 
 def soak(body: Body, seed: int, steps: int, detail: LocalDetail | None) -> bool:
     """One run and its line; True if all went well."""
-    gravity = gravity_along([0, 0, -1]) if seed % 2 else np.zeros(3)
+    gravity = 0.1 * gravity_along([0, 0, 1]) if seed % 2 else np.zeros(3)
     poses = trajectory(body, seed, steps)
     scene = Scene((body,), (gripper(),), SimulationOptions(gravity=gravity))
     simulation = Simulation(scene, scene.initial_state(poses[0]), detail=detail)
@@ -75,8 +75,8 @@ def soak(body: Body, seed: int, steps: int, detail: LocalDetail | None) -> bool:
         held += bool(len(simulation.state.bodies[0].grips[0].sample))
     fine = bool(np.isfinite(simulation.state.bodies[0].z).all()) and lowest > 0
     print(
-        f"seed {seed}: {'ok    ' if fine else 'FAILED'} min det F {lowest:.3f}, deepest {1e3 * deepest:.2f} mm, force up "
-        f"to {force:.1f} N, holding in {held} of {steps} steps, processor ms median {np.median(times):.1f}, p95 "
+        f"seed {seed}: {'ok    ' if fine else 'FAILED'} min det F {lowest:.3f}, deepest {1e3 * deepest:.2f} mm, force "
+        f"up to {force:.1f} N, holding in {held} of {steps} steps, processor ms median {np.median(times):.1f}, p95 "
         f"{np.percentile(times, 95):.1f}, max {max(times):.0f}, {stops}",
         flush=True,
     )

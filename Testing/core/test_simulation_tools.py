@@ -7,7 +7,7 @@ from simulation_examples import box_surface
 from organphys.ground.checks import InputError
 from organphys.ground.frames import rotation_about
 from organphys.simulation.barrier import barrier
-from organphys.simulation.continuous_check import crossed, substeps
+from organphys.simulation.continuous_check import crossed, substeps, substeps_at
 from organphys.simulation.friction import friction
 from organphys.simulation.grasp import between_jaws, grip_value
 from organphys.simulation.state import ToolPose
@@ -175,3 +175,10 @@ def test_low_pass_keeps_a_steady_force_and_smooths_a_jump():
     assert once[0] == pytest.approx(1 - np.exp(-2 * np.pi * 5 / 60))
     twice = low_pass(low_pass(np.zeros(1), np.ones(1), 1 / 120), np.ones(1), 1 / 120)
     assert twice[0] == pytest.approx(once[0])
+
+
+def test_sub_steps_count_what_moves_near_the_tissue():
+    tool, turned = probe(0.0025), ToolPose(np.zeros(3), rotation_about(np.array([1.0, 0, 0]), 0.1))
+    tip, shaft = np.array([[0, 0, 0.001]]), np.array([[0, 0.003, -0.09]])
+    assert substeps_at(tool, ToolPose(np.zeros(3)), turned, tip) == 1
+    assert substeps_at(tool, ToolPose(np.zeros(3)), turned, shaft) == int(np.ceil(2 * 0.09 * np.sin(0.05) / 0.002))

@@ -6,19 +6,31 @@ import numpy as np
 
 from ..ground.checks import Array
 from .state import ToolPose
-from .tools import PlacedPart, Tool
+from .tools import PlacedPart, Tool, place
 
 PART_OF_RADIUS = 0.8  # a tool moves at most so many of its radii within one sub-step
 MOST_SUBSTEPS = 64
 
 
 def substeps(tool: Tool, start: ToolPose, end: ToolPose) -> int:
-    """Number of sub-steps so that no point of the tool moves too far in one."""
+    """Number of sub-steps so that no point of the whole tool moves too far in one."""
     shift = float(np.linalg.norm(end.position - start.position))
     cosine = (np.trace(start.rotation.T @ end.rotation) - 1) / 2
     turn = float(np.arccos(np.clip(cosine, -1, 1)))
     opening = float(np.radians(abs(end.jaw_deg - start.jaw_deg))) / 2
-    travel = shift + turn * tool.extent + opening * tool.jaw_extent
+    return _pieces(shift + turn * tool.extent + opening * tool.jaw_extent, tool)
+
+
+def substeps_at(tool: Tool, start: ToolPose, end: ToolPose, points: Array) -> int:
+    """The same for tissue at points (N, 3) alone: by how far the tool would carry them if they stuck to it."""
+    travel = 0.0
+    for old, new in zip(place(tool, start), place(tool, end), strict=True):
+        moved = new.to_scene(old.to_local(points)) - points
+        travel = max(travel, float(np.sqrt((moved**2).sum(1).max(initial=0.0))))
+    return _pieces(travel, tool)
+
+
+def _pieces(travel: float, tool: Tool) -> int:
     return int(np.clip(np.ceil(travel / (PART_OF_RADIUS * tool.radius)), 1, MOST_SUBSTEPS))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..ground.checks import InputError, as_positive
 from .advance import BodyReport, Motion, advance, fastest
-from .continuous_check import substeps
+from .continuous_check import substeps, substeps_at
 from .factor import FactorCache
 from .near_tools import SPARE, near_samples
 from .scene import Scene
@@ -58,13 +58,12 @@ def _substeps(scene: Scene, state: SceneState, poses: tuple[ToolPose, ...], dt: 
     """How often the step is cut; once where no tool comes near any body."""
     count = 1
     for tool, start, end in zip(scene.tools, state.tools, poses, strict=True):
-        wanted = substeps(tool, start, end)
-        if wanted <= count:
+        if substeps(tool, start, end) <= count:
             continue
-        travel = float(np.linalg.norm(end.position - start.position))
-        parts = (*place(tool, start), *place(tool, end))
+        parts = (*place(tool, start), *place(tool, between(start, end, 0.5)), *place(tool, end))
+        travel = float(np.linalg.norm(end.position - start.position)) / 2
         for body, old in zip(scene.bodies, state.bodies, strict=True):
             within = travel + scene.options.contact_gap + SPARE + fastest(body, old.velocity) * dt
-            if len(near_samples(body, old.z, parts, within)):
-                count = wanted
+            points = body.sample_positions(old.z, near_samples(body, old.z, parts, within))
+            count = max(count, substeps_at(tool, start, end, points))
     return count

@@ -1,0 +1,114 @@
+"""Gaussians bound to a body: those in it and near it move along, those farther away less and less, the rest not at all.
+
+A Gaussian at X moves to X + b(X) u(X), with u the body's displacement, carried on beyond its surface, and b falling
+smoothly from 1 to 0 across a band. Its deformation gradient has the term of the slope of b, and that of the weights.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..ground.checks import Array, InputError, as_positive
+from ..points.gaussians import Gaussians
+from .body import Body
+from .gaussian_shapes import covariances
+
+CHUNK = 4096  # Gaussians at a time: their rows stay in the cache
+Single = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class SplatBinding:
+    """index (K,): rows of the splat that follow; points (K, 3) m at rest; share b (K,) and its slope (K, 3) per m;
+    phi (K, n) and slopes (3, K, n) per m of the basis without local columns, with b in them; covariance (K, 3, 3) in
+    squared scene units; ``unit``: metres per scene unit."""
+
+    index: NDArray[np.int64]
+    points: Array
+    share: Array
+    share_slope: Array
+    phi: Single
+    slopes: Single
+    covariance: Single
+    unit: float
+
+    def frame(self, body: Body, z: Array) -> tuple[Single, Single]:
+        """Displacements (K, 3) in scene units and covariances F C F^T (K, 3, 3) at Z (n, 3) of ``body``."""
+        u, f = self.motion(body, z)
+        return u, np.matmul(f @ self.covariance, f.transpose(0, 2, 1), dtype=np.float32)
+
+    def motion(self, body: Body, z: Array) -> tuple[Single, Single]:
+        """Displacements (K, 3) in scene units and deformation gradients F (K, 3, 3) at Z (n, 3) of ``body``.
+
+        The body may have other local functions than when the splat was bound, but no other pins.
+        """
+        n, local = self.phi.shape[1], body.basis.local
+        base = z[:n] if local is None else z[:n] - local.overlap @ z[n:]
+        coefficients = (base / self.unit).astype(np.float32)
+        stretch = base.astype(np.float32)
+        u, f = np.empty((len(self.index), 3), dtype=np.float32), np.empty((len(self.index), 3, 3), dtype=np.float32)
+        for start in range(0, len(self.index), CHUNK):
+            part = slice(start, start + CHUNK)
+            np.matmul(self.phi[part], coefficients, out=u[part])
+            for m in range(3):
+                f[part, :, m] = self.slopes[m, part] @ stretch
+        f[:, [0, 1, 2], [0, 1, 2]] += 1.0
+        if local is not None:
+            self._add_local(body, z[n:], u, f)
+        return u, f
+
+    def _add_local(self, body: Body, z: Array, u: Single, f: Single) -> None:
+        local = body.basis.local
+        assert local is not None
+        functions, weights = local.functions, local.mixing @ z
+        near = np.flatnonzero(((self.points - functions.middle) ** 2).sum(1) < functions.reach**2)
+        values, slopes = functions.values_and_gradients(self.points[near])
+        extra, share = values @ weights, self.share[near]
+        u[near] += share[:, None] * extra / self.unit
+        slope = share[:, None, None] * (slopes @ weights).transpose(1, 2, 0)
+        f[near] += slope + extra[:, :, None] * self.share_slope[near, None, :]
+
+
+def bind_splat(
+    body: Body, gaussians: Gaussians, metres_per_unit: float, *, distance: float = 0.003, band: float = 0.003
+) -> SplatBinding:
+    """Binds all valid Gaussians up to ``distance`` + ``band`` m from the body at rest; they follow in full up to
+    ``distance``. InputError if none is so near."""
+    unit, band = as_positive(metres_per_unit, "metres per unit"), as_positive(band, "band")
+    if not np.isfinite(distance) or distance < 0:
+        raise InputError(f"distance: expected a finite number of at least 0, got {distance}")
+    index = np.flatnonzero(gaussians.valid & _within_box(body, gaussians.means, unit, distance + band))
+    points = gaussians.means[index].astype(np.float64) * unit
+    away, foot = body.shape.surface.signed_with_foot(points)
+    kept = away < distance + band
+    index, points, away, foot = index[kept], points[kept], away[kept], foot[kept]
+    if not len(index):
+        raise InputError(f"splat: no Gaussian within {1000 * (distance + band):g} mm of the organ; is the scale right?")
+    share, steepness = _fade(away, distance, band)
+    outward = (points - foot) / np.maximum(away, 1e-12)[:, None]
+    share_slope = np.where(away[:, None] > distance, steepness[:, None] * outward, 0.0)
+    n = (body.plain or body).basis.size
+    phi, slopes = np.empty((len(index), n), dtype=np.float32), np.empty((3, len(index), n), dtype=np.float32)
+    for start in range(0, len(index), CHUNK):
+        part = slice(start, start + CHUNK)
+        values, gradients = (body.plain or body).basis.phi_and_gradient(points[part])
+        phi[part] = share[part, None] * values
+        slopes[:, part] = share[part, None] * gradients + share_slope[part].T[:, :, None] * values
+    covariance = covariances(gaussians, index).astype(np.float32)
+    return SplatBinding(index, points, share, share_slope, phi, slopes, covariance, unit)
+
+
+def _within_box(body: Body, means: NDArray[np.floating], unit: float, margin: float) -> NDArray[np.bool_]:
+    vertices = body.samples.vertices
+    low, high = (vertices.min(0) - margin) / unit, (vertices.max(0) + margin) / unit
+    inside: NDArray[np.bool_] = ((means >= low) & (means <= high)).all(1)
+    return inside
+
+
+def _fade(away: Array, distance: float, band: float) -> tuple[Array, Array]:
+    """1 up to ``distance``, 0 from ``distance`` + ``band``, twice continuous between; and its derivative."""
+    t = np.clip((away - distance) / band, 0.0, 1.0)
+    return 1 - t**3 * (10 - 15 * t + 6 * t**2), -30 * t**2 * (1 - t) ** 2 / band
