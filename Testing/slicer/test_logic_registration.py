@@ -70,7 +70,7 @@ def test_command_line_blocking_and_background_runs_agree(
     inputs = RunInputs(nodes["segmentation"], nodes["segmentID"], splat, landmarks=nodes["landmarks"])
     for stage in ("coarse", "rigid", "elastic"):
         run = logic.startRun(inputs, (stage,))
-        logic.waitForRun(run, timeoutSeconds=120)
+        logic.waitForRun(run)
         assert run.case.stage == stage and run.case.case_id == case.case_id
     np.testing.assert_allclose(asset_of(run.case).map_points(truth.points_ct), blocking, atol=1e-6)
     check_transform(run.case, truth.points_ct, expected)
