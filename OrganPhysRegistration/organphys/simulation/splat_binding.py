@@ -7,6 +7,7 @@ smoothly from 1 to 0 across a band. Its deformation gradient has the term of the
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,12 @@ class SplatBinding:
     def frame(self, body: Body, z: Array) -> tuple[Single, Single]:
         """Displacements (K, 3) in scene units and covariances F C F^T (K, 3, 3) at Z (n, 3) of ``body``."""
         u, f = self.motion(body, z)
-        return u, np.matmul(f @ self.covariance, f.transpose(0, 2, 1), dtype=np.float32)
+        out = np.empty((3, 3, len(self.index)), dtype=np.float32)
+        rows, shape = f.transpose(1, 2, 0), self._planar
+        for start in range(0, len(self.index), CHUNK):
+            part = slice(start, start + CHUNK)
+            _sandwiched(rows[:, :, part], shape[:, :, part], out[:, :, part])
+        return u, out.transpose(2, 0, 1)
 
     def motion(self, body: Body, z: Array) -> tuple[Single, Single]:
         """Displacements (K, 3) in scene units and deformation gradients F (K, 3, 3) at Z (n, 3) of ``body``.
@@ -47,18 +53,25 @@ class SplatBinding:
         """
         n, local = self.phi.shape[1], body.basis.local
         base = z[:n] if local is None else z[:n] - local.overlap @ z[n:]
-        coefficients = (base / self.unit).astype(np.float32)
-        stretch = base.astype(np.float32)
-        u, f = np.empty((len(self.index), 3), dtype=np.float32), np.empty((len(self.index), 3, 3), dtype=np.float32)
+        columns = np.ascontiguousarray(base.T, dtype=np.float32)
+        u = np.empty((3, len(self.index)), dtype=np.float32)
+        f = np.empty((3, 3, len(self.index)), dtype=np.float32)
         for start in range(0, len(self.index), CHUNK):
             part = slice(start, start + CHUNK)
-            np.matmul(self.phi[part], coefficients, out=u[part])
-            for m in range(3):
-                f[part, :, m] = self.slopes[m, part] @ stretch
-        f[:, [0, 1, 2], [0, 1, 2]] += 1.0
+            for a, column in enumerate(columns):
+                np.matmul(self.phi[part], column, out=u[a, part])
+                for m in range(3):
+                    np.matmul(self.slopes[m, part], column, out=f[a, m, part])
+        u /= np.float32(self.unit)
+        f[[0, 1, 2], [0, 1, 2]] += 1.0
+        moved, gradient = u.T, f.transpose(2, 0, 1)
         if local is not None:
-            self._add_local(body, z[n:], u, f)
-        return u, f
+            self._add_local(body, z[n:], moved, gradient)
+        return moved, gradient
+
+    @cached_property
+    def _planar(self) -> Single:
+        return np.ascontiguousarray(self.covariance.transpose(1, 2, 0))
 
     def _add_local(self, body: Body, z: Array, u: Single, f: Single) -> None:
         local = body.basis.local
@@ -70,6 +83,17 @@ class SplatBinding:
         u[near] += share[:, None] * extra / self.unit
         slope = share[:, None, None] * (slopes @ weights).transpose(1, 2, 0)
         f[near] += slope + extra[:, :, None] * self.share_slope[near, None, :]
+
+
+def _sandwiched(f: Single, c: Single, out: Single) -> None:
+    """out = F C F^T, all (3, 3, K) with the Gaussians last: several times faster than small matrix products."""
+    half = [[f[a, 0] * c[0, n] + f[a, 1] * c[1, n] + f[a, 2] * c[2, n] for n in range(3)] for a in range(3)]
+    for a in range(3):
+        for b in range(a, 3):
+            np.multiply(half[a][0], f[b, 0], out=out[a, b])
+            out[a, b] += half[a][1] * f[b, 1]
+            out[a, b] += half[a][2] * f[b, 2]
+            out[b, a] = out[a, b]
 
 
 def bind_splat(
