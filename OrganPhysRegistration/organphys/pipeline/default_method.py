@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
 
@@ -13,7 +12,7 @@ from ..align.splat_view import SplatView, splat_view
 from ..align.start_search import Starts, search_start
 from ..elastic.elastic_registration import SHORT, ElasticOptions, register_elastically
 from ..elastic.joint_scale import ScalePrior
-from ..elastic.mode_choice import Modes, choose_mode
+from ..elastic.mode_choice import choose_mode
 from ..elastic.records import ElasticResult
 from ..elastic.reduced_organ import ReducedOrgan, reduce_organ
 from ..ground.frames import Similarity
@@ -22,26 +21,11 @@ from ..ground.progress import Progress
 from ..ground.solve_report import SolveReport, Stop
 from ..points.surface_samples import SurfaceSamples, sample_surface
 from .case import Case
+from .default_stages import DefaultCoarse, DefaultRigid, mode_notices
 from .elastic_recorder import ElasticRecorder
 from .hand_pose import pose_near
-from .registration import AMBIGUOUS
 from .scale_checks import NEARLY_EXACT, plausible_scales, scale_prior, unit_notices, unit_scale
-from .stages import CoarseStage, ElasticStage, OnSurface, RigidStage
-
-
-@dataclass(frozen=True, kw_only=True)
-class DefaultCoarse(CoarseStage):
-    """The starts found, and ``free_start``, the best one of a search that does not know the unit."""
-
-    starts: Starts
-    free_start: Similarity
-
-
-@dataclass(frozen=True, kw_only=True)
-class DefaultRigid(RigidStage):
-    """``pose``: T_camera_normalised, exactly as the elastic stage begins with it."""
-
-    pose: Similarity
+from .stages import ElasticStage, OnSurface
 
 
 class DefaultMethod:
@@ -76,7 +60,9 @@ class DefaultMethod:
         modes = choose_mode(
             organ, self.view, poses, landmarks=self.landmarks, scale_prior=self._scale_prior, progress=progress
         )
-        notices = (*self._unit_notices(coarse.free_start), *self._mode_notices(modes))
+        single = len(self.landmarks) == 1 and self.case.options.landmark_radius_mm is None
+        radius_mm = self.landmarks.radius * self.samples.normalisation.length if single else None
+        notices = (*self._unit_notices(coarse.free_start), *mode_notices(modes, organ, radius_mm))
         return DefaultRigid(
             T_scene_ct=self._T_scene_ct(modes.best),
             report=SolveReport(Stop.SEARCHED, len(modes.scores)),
@@ -172,24 +158,3 @@ class DefaultMethod:
         options = ElasticOptions(levels=SHORT)
         state, _ = register_elastically(self.organ, self.view, free_start, options=options)
         return unit_notices(state.pose.scale, self.samples, self.case.unit)
-
-    def _mode_notices(self, modes: Modes) -> list[Notice]:
-        notices, best, runner_up = [], modes.scores[0].total, modes.runner_up(self.organ)
-        if runner_up is not None and runner_up[1].total < (1 + AMBIGUOUS) * best:
-            notices.append(
-                Notice(
-                    "twist_ambiguous",
-                    f"Another pose fits almost as well (cost {runner_up[1].total:.2f} against {best:.2f}, no unit): "
-                    "check the overlay from several sides, or give a landmark.",
-                )
-            )
-        if len(self.landmarks) == 1 and self.case.options.landmark_radius_mm is None:
-            radius = self.landmarks.radius * self.samples.normalisation.length
-            notices.append(
-                Notice(
-                    "single_landmark",
-                    f"One landmark only: OrganPhys chose its radius, {radius:.0f} mm; the landmark counts as met "
-                    "within this distance of the seen surface.",
-                )
-            )
-        return notices
