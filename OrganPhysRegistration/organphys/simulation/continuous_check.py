@@ -10,6 +10,7 @@ from .tools import PlacedPart, Tool, place
 
 PART_OF_RADIUS = 0.8  # a tool moves at most so many of its radii within one sub-step
 MOST_SUBSTEPS = 64
+SHORT = 0.7  # radii: it is farther to the middle of a part from all points less than 0.3 radii deep
 
 
 def substeps(tool: Tool, start: ToolPose, end: ToolPose) -> int:
@@ -37,14 +38,19 @@ def _pieces(travel: float, tool: Tool) -> int:
 def crossed(old: PlacedPart, new: PlacedPart, start: Array, end: Array) -> bool:
     """Whether any point goes through a part: paths from ``start`` to ``end`` (N, 3) while the part goes old -> new.
 
-    In the part's own frame a path that has been inside it and ends on the other side has crossed it.
+    In the part's own frame a path that has been inside it and ends on the other side has crossed it. Paths too short
+    for that are not looked at, so tissue deep inside a part leaves it on the nearest side.
     """
     a, b = old.to_local(start), new.to_local(end)
+    length = np.sqrt(((b - a) ** 2).sum(1))
+    long = np.flatnonzero(length > SHORT * old.shape.radius)
+    if not len(long):
+        return False
+    a, b = a[long], b[long]
     side = (old.shape.gap_and_normal(a)[1] * old.shape.gap_and_normal(b)[1]).sum(1)
     turned = np.flatnonzero(side < 0)
     if not len(turned):
         return False
     a, b = a[turned], b[turned]
-    longest = float(np.sqrt(((b - a) ** 2).sum(1)).max())
-    pieces = int(np.clip(np.ceil(4 * longest / old.shape.radius), 4, 100))
+    pieces = int(np.clip(np.ceil(4 * float(length.max()) / old.shape.radius), 4, 100))
     return any(bool((old.shape.gap_and_normal(a + t * (b - a))[0] < 0).any()) for t in np.linspace(0, 1, pieces + 1))

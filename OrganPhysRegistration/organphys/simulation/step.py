@@ -60,7 +60,7 @@ def _substeps(scene: Scene, state: SceneState, poses: tuple[ToolPose, ...], dt: 
     for tool, start, end in zip(scene.tools, state.tools, poses, strict=True):
         if substeps(tool, start, end) <= count:
             continue
-        parts = (*place(tool, start), *place(tool, between(start, end, 0.5)), *place(tool, end))
+        parts = (*place(tool, start), *place(tool, end))
         travel = float(np.linalg.norm(end.position - start.position)) / 2
         for body, old in zip(scene.bodies, state.bodies, strict=True):
             within = travel + scene.options.contact_gap + SPARE + fastest(body, old.velocity) * dt
