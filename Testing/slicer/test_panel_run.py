@@ -132,7 +132,3 @@ def test_an_empty_segment_is_told(host, module, nodes):
         module.ui.applyButton.click()
     host.wait_until(lambda: "empty" in module.ui.reasonLabel.text + module.ui.messageLabel.text, TIMEOUT)
     assert host.record.dialogs == []
-
-
-def test_the_self_test_of_the_module_passes(module):
-    module.instance.runTest()
