@@ -15,18 +15,23 @@ from ..ground.checks import Array, InputError
 from ..points.neighbours import nearest_neighbours
 from ..points.sampling import cell_keys, random_subset
 from ..points.target_selection import CleaningOptions, clean_points
+from .surface_patches import on_patches
 
 
 @dataclass(frozen=True)
 class SplatSurfaceOptions:
     """Counts of points and neighbours: ``centres`` are cleaned and shape mask and rim; up to ``dense`` more that lie on
-    them are averaged into ``samples`` (a mean over more Gaussians is less noisy)."""
+    them are averaged into ``samples`` (a mean over more Gaussians is less noisy), each of which is put on a smooth patch
+    through the nearest ``patch`` of all centres: a fraction, so that it covers as much surface of a sparse splat.
+    """
 
     centres: int = 40_000
     dense: int = 200_000
     cleaning: CleaningOptions = field(default_factory=CleaningOptions)
     normal_neighbours: int = 25
     samples: int = 2500
+    patch: float = 0.0025
+    fewest_in_patch: int = 60
 
 
 @dataclass(frozen=True)
@@ -65,6 +70,9 @@ def splat_surface(centres: Array, *, options: SplatSurfaceOptions | None = None,
     dense, dense_normals = _neighbourhood(centres, points, normals, cleaning.spacing, options.dense, seed)
     count = min(options.samples, len(dense) // 3)  # a sparse splat needs larger cells, or each would hold one point
     samples, sample_normals = cell_averages(dense, dense_normals, count)
+    neighbours = max(options.fewest_in_patch, round(options.patch * len(points)))
+    samples, sample_normals = on_patches(points, samples, sample_normals, neighbours=neighbours)
+    sample_normals = towards_camera(samples, sample_normals)
     radius = float(np.sqrt(((points - points.mean(0)) ** 2).sum(1).mean()))
     return SplatSurface(points, normals, samples, sample_normals, cleaning.spacing, radius)
 

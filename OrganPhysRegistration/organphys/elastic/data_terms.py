@@ -20,7 +20,8 @@ from .visibility import Visibility
 @dataclass(frozen=True)
 class DataOptions:
     """Weights of the terms; ``plane``: share of the metric along the normal; ``normal_weight``: of unit normals in the
-    nearest-neighbour search; ``rim_window``: lateral half width of a rim ray in sample spacings."""
+    nearest-neighbour search; ``rim_window``: lateral half width of a rim ray in sample spacings; ``lateral_noise``: of
+    splat points across their rays, as a fraction of that along them (1: the same)."""
 
     splat_weight: float = 1.0
     organ_weight: float = 1.0
@@ -28,6 +29,7 @@ class DataOptions:
     plane: float = 0.9
     normal_weight: float = 0.3
     rim_window: float = 1.2
+    lateral_noise: float = 0.25
 
 
 def splat_matches(organ: Deformed, view: SplatView, tau: float, options: DataOptions) -> Matches:
@@ -37,6 +39,7 @@ def splat_matches(organ: Deformed, view: SplatView, tau: float, options: DataOpt
     tree = cKDTree(np.hstack([organ.points, options.normal_weight * organ.normals]))
     distance, rows = tree.query(np.hstack([organ.gamma * targets, options.normal_weight * normals]))
     weights = options.splat_weight / len(targets) * geman_mcclure(distance**2, tau)
+    weights *= precision(view.surface.samples, organ.start.turn(organ.normals[rows]), options.lateral_noise)
     return Matches(rows, targets, weights, organ.normals[rows], np.full(len(rows), options.plane))
 
 
@@ -49,6 +52,7 @@ def organ_matches(
         rows = rows[:0]
     distance, nearest = view.tree.query(seen.points[rows])
     weights = geman_mcclure((distance / organ.pose.scale) ** 2, tau) * np.clip(seen.facing[rows], 0, 1)
+    weights *= precision(view.surface.samples[nearest], organ.start.turn(organ.normals[rows]), options.lateral_noise)
     return Matches(
         rows,
         organ.target_frame(view.surface.samples[nearest]),
@@ -56,6 +60,17 @@ def organ_matches(
         view.surface.sample_normals[nearest] @ organ.start.rotation,
         np.full(len(rows), options.plane),
     )
+
+
+def precision(points: Array, normals: Array, lateral_noise: float) -> Array:
+    """How exactly splat points (K, 3; camera frame) place a surface along its unit normals (K, 3): mean 1.
+
+    Reconstruction errs along the ray; a surface seen at a grazing angle is hardly moved by that. With unit noise along
+    the ray and ``lateral_noise`` across, the variance along the normal is cos^2 + lateral_noise^2 sin^2.
+    """
+    cosine2 = np.einsum("ij,ij->i", points, normals) ** 2 / np.maximum((points**2).sum(1), 1e-300)
+    found: Array = 1 / (cosine2 + lateral_noise**2 * (1 - cosine2))
+    return found / found.mean() if len(found) else found
 
 
 def rim_matches(
