@@ -21,6 +21,7 @@ from OrganPhysRegistrationLib.inputs.splat_reader import OrganPhysRegistrationFi
 from OrganPhysRegistrationLib.logic import OrganPhysRegistrationLogic
 from OrganPhysRegistrationLib.panel.build import build_panel
 from OrganPhysRegistrationLib.parameters import OrganPhysRegistrationParameterNode
+from OrganPhysRegistrationLib.runs.run_inputs import RunInputs
 from OrganPhysRegistrationLib.transform_check import mapped_and_expected
 
 __all__ = [
@@ -117,22 +118,36 @@ class OrganPhysRegistrationTest(ScriptedLoadableModuleTest):
 
     def runTest(self) -> None:
         self.setUp()
-        self.test_transform_follows_the_registered_organ()
+        self.test_both_ways_of_registering()
 
-    def test_transform_follows_the_registered_organ(self) -> None:
-        """Load the sample case, register it, compare the transform node with the core's own map."""
+    def test_both_ways_of_registering(self) -> None:
+        """Register the sample case here and in the background; compare the transform node with the core's own map."""
         self.delayDisplay("Loading the sample case")
         logic = OrganPhysRegistrationLogic()
         with tempfile.TemporaryDirectory() as folder:
             nodes = logic.loadSampleCase(folder=folder, size="small")
         self.assertEqual(2, nodes["landmarks"].GetNumberOfDefinedControlPoints())
+        organ = (nodes["segmentation"], nodes["segmentID"], nodes["splat"])
         self.delayDisplay("Registering")
-        case = logic.register(
-            nodes["segmentation"], nodes["segmentID"], nodes["splat"], landmarksNode=nodes["landmarks"]
-        )
-        self.assertEqual("elastic", case.stage)
-        points_ct, mapped, expected = mapped_and_expected(case, nodes["splat"])
-        self.assertGreater(np.linalg.norm(points_ct - expected, axis=1).max(), 1.0)  # mm: there is something to map
-        self.assertLess(np.linalg.norm(mapped - expected, axis=1).max(), 0.1)  # mm
+        case = logic.register(*organ, landmarksNode=nodes["landmarks"])
+        here = self._check(case, nodes["splat"])
+        logic.undo()
+        self.delayDisplay("Registering in the background")
+        failures: list[str] = []
+        inputs = RunInputs(*organ, landmarks=nodes["landmarks"])
+        run = logic.startRun(inputs, onFailed=lambda code, message: failures.append(message))
+        if run is not None:
+            logic.waitForRun(run)
+        self.assertEqual([], failures)
+        there = self._check(run.case, nodes["splat"])
+        self.assertLess(np.linalg.norm(here - there, axis=1).max(), 0.1)  # mm
         logic.cleanup()
         self.delayDisplay("Test passed")
+
+    def _check(self, case: Any, splat: Any) -> Any:
+        """The transform node puts the organ's points (N, 3) where the core does; those places, mm."""
+        self.assertEqual("elastic", case.stage)
+        points_ct, mapped, expected = mapped_and_expected(case, splat)
+        self.assertGreater(np.linalg.norm(points_ct - expected, axis=1).max(), 1.0)  # mm: there is something to map
+        self.assertLess(np.linalg.norm(mapped - expected, axis=1).max(), 0.1)  # mm
+        return expected
