@@ -39,18 +39,14 @@ def measure(host: object, module: object, folder: Path, runs: int) -> None:
     host.wait(WARM_UP_SECONDS)
     for run in range(runs):
         marks = {}
-
-        def mark(name: str, marks: dict[str, float] = marks) -> None:
-            marks.setdefault(name, time.perf_counter() - began)
-
         with host.latency_meter() as meter:
             began = time.perf_counter()
             module.ui.applyButton.click()
             while register.running:
                 host.wait(0.02)
                 if register.run.state == "sampling":
-                    mark("overlay")
-            mark("transform")
+                    marks.setdefault("overlay", time.perf_counter() - began)
+            marks["transform"] = time.perf_counter() - began
         host.process()
         times = ", ".join(f"{name} after {seconds:.1f} s" for name, seconds in marks.items())
         print(f"{folder.name:16s} run {run + 1}: {times}, longest block {1000 * meter.longest:.0f} ms", flush=True)
