@@ -185,3 +185,12 @@ def test_scene_saved_as_mrb_comes_back(host, scene, tmp_path):
     again = slicer.util.getNode("ball")
     assert again.GetPolyData().GetNumberOfPoints() == sphere.GetOutput().GetNumberOfPoints()
     assert again.GetParentTransformNode().GetName() == "shift"
+
+
+def test_many_calls_that_return_none_leave_the_interpreter_alive(host):
+    label = qt.QLabel()
+    before = sys.getrefcount(None)
+    for _ in range(1000):
+        label.setText("")
+    assert before > 1 << 20  # immortal from Python 3.12 on, by the host before
+    assert sys.getrefcount(None) > 1 << 20

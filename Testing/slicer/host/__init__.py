@@ -18,7 +18,9 @@ def start():
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
         sys.excepthook = record.excepthook
         from . import ctk_module, qt_module
+        from .lasting_none import keep_none
 
+        keep_none()
         qt_module.install()
         ctk_module.install()
         from .session import Host
