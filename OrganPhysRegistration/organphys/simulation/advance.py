@@ -14,7 +14,7 @@ from ..mechanics.determinant import cofactor
 from .body import Body
 from .contact_terms import ContactTerms
 from .factor import FactorCache, renewed
-from .grasp import grip_springs, slipped_grip, updated_grip
+from .grasp import grip_springs, passing_on, slipped_grip, updated_grip
 from .incremental_potential import IncrementalPotential
 from .near_tools import SPARE, contact_terms, near_samples
 from .newton_cg import Solved, minimise
@@ -123,10 +123,15 @@ def _outcome(
         part, row = np.nonzero(at.contact.press > 0)
         touch = Touch(terms.samples[row], part, at.contact.press[part, row], at.contact.normals[part, row])
         forces = tuple(tool_forces(terms, at.contact, at.z, motion.after, motion.owner))
-        gaps = terms.gaps(terms.positions(at.z))[0]
-        deepest = max(0.0, -float(np.where(terms.off, 0.0, gaps).min()))
-        grips = _slipped(body, state, motion, at.z)
-        grips = tuple(_left(grip, terms, gaps[motion.owner == k]) for k, grip in enumerate(grips))
+        gaps, normals = terms.gaps(terms.positions(at.z))
+        gaps = np.where(terms.off, np.maximum(gaps, 0.0), gaps)
+        deepest = max(0.0, -float(gaps.min()))
+        radii = np.array([part.shape.radius for part in terms.new])
+        grips = tuple(
+            passing_on(grip, terms.samples, gaps[mine], normals[mine], radii[mine], terms.width)
+            for k, grip in enumerate(_slipped(body, state, motion, at.z))
+            for mine in [motion.owner == k]
+        )
     f = at.deformation
     determinants = (f[0] * cofactor(f)[0]).sum(0)
     weights = body.strain.weights
@@ -143,14 +148,6 @@ def _outcome(
     reference, excess = renewed(state.reference, state.excess, at.z, solved.cg_steps)
     new = BodyState(at.z, velocity, state.z, state.velocity, reference, excess, dt, touch, grips)
     return new, report
-
-
-def _left(grip: Grip, terms: ContactTerms, gaps: Array) -> Grip:
-    """The grip without the passing samples that have left the tool, whose parts have ``gaps`` (P, N)."""
-    if not len(grip.passing):
-        return grip
-    inside = terms.samples[gaps.min(axis=0) < terms.width]
-    return replace(grip, passing=np.intersect1d(grip.passing, inside))
 
 
 def _slipped(body: Body, state: BodyState, motion: Motion, z: Array) -> tuple[Grip, ...]:

@@ -17,6 +17,8 @@ from .friction import FrictionValue
 from .state import Grip, ToolPose
 from .tools import Jaws
 
+CAUGHT = 0.3  # radii deep
+
 
 def between_jaws(points: Array, pose: ToolPose, jaws: Jaws) -> NDArray[np.bool_]:
     """(N,) bool: which points (N, 3) of the scene the jaws catch: in the wedge between them or within their reach."""
@@ -75,3 +77,21 @@ def slipped_grip(grip: Grip, points: Array, pose: ToolPose, jaws: Jaws, stiffnes
     kept = (drawn == 0) | between_jaws(anchor @ pose.rotation.T + pose.position, pose, jaws)
     passing = np.union1d(grip.passing, grip.sample[~kept])
     return replace(grip, sample=grip.sample[kept], anchor=anchor[kept], passing=passing)
+
+
+def passing_on(grip: Grip, samples: NDArray[np.int64], gaps: Array, normals: Array, radii: Array, width: float) -> Grip:
+    """The grip with passing samples as they are after a step: those that have left the tool push again.
+
+    gaps (P, N) m and normals (P, N, 3) of the tool's parts of radii (P,) m at ``samples`` (N,); left: farther than
+    ``width`` m. Tissue still deep inside two parts that press it against each other when a step has ended is caught
+    between them, as between jaws near their hinge: pushing on would tear it, so it passes.
+    """
+    inside = samples[gaps.min(axis=0) < width]
+    deep = gaps < -CAUGHT * radii[:, None]
+    caught = np.zeros(len(samples), dtype=bool)
+    for a, b in zip(*np.triu_indices(len(gaps), 1), strict=True):
+        if (normals[a, deep[a]].sum(0) * normals[b, deep[b]].sum(0)).sum() < 0:
+            caught |= deep[a] | deep[b]
+    if not len(grip.passing) and not caught.any():
+        return grip
+    return replace(grip, passing=np.union1d(np.intersect1d(grip.passing, inside), samples[caught]))
