@@ -8,12 +8,14 @@ from simulation_examples import BOTTOM, SIZE, box_body
 
 from organphys.ground.checks import InputError
 from organphys.ground.solve_report import Stop
+from organphys.simulation.grasp import passing_on
 from organphys.simulation.local_detail import LocalDetail
+from organphys.simulation.near_tools import near_samples, stretches
 from organphys.simulation.options import SimulationOptions, gravity_along
 from organphys.simulation.scene import Scene
 from organphys.simulation.session import Simulation
-from organphys.simulation.state import ToolPose
-from organphys.simulation.tools import Jaws, gripper, probe
+from organphys.simulation.state import Grip, ToolPose
+from organphys.simulation.tools import Jaws, gripper, place, probe
 
 POINTING_DOWN = np.diag([1.0, -1.0, -1.0])
 OPTIONS = SimulationOptions(mass_damping=5)
@@ -156,3 +158,30 @@ def test_bad_poses_are_refused_and_nothing_changes():
     with pytest.raises(InputError, match="expected 1, one per tool, got 0"):
         simulation.step(())
     assert simulation.snapshot is before and not simulation.recording().events
+
+
+def test_the_search_for_near_samples_finds_all_of_them():
+    body = box_body(BOTTOM)
+    z = np.random.default_rng(0).normal(size=(body.basis.size, 3))
+    z *= 0.5 / np.abs(body.strain.rates(z)).max()
+    parts = place(gripper(), pose(z=TOP, jaw=40))
+    everything = np.arange(len(body.samples.points))
+    x = body.sample_positions(z, everything)
+    gaps = np.min([part.gap_and_normal(x)[0] for part in parts], axis=0)
+    assert np.array_equal(near_samples(body, z, parts, 0.003), everything[gaps < 0.003])
+    f = body.strain.gradients(z).transpose(2, 0, 1)
+    largest = np.linalg.svd(f)[1][:, 0]
+    bound = stretches(body.strain.gradients(z))
+    assert (bound >= largest * (1 - 1e-9)).all() and (bound <= 1.4 * largest).all()
+
+
+def test_tissue_caught_between_jaws_passes_and_comes_back_when_it_has_left():
+    samples, radii = np.array([4, 7, 9]), np.array([0.002, 0.002])
+    across = np.tile([0, 1.0, 0], (3, 1))
+    normals, gaps = np.stack([across, -across]), np.array([[-1e-3, 1e-3, 0.01], [1e-3, -1e-3, 0.01]])
+    caught = passing_on(Grip(), samples, gaps, normals, radii, 1e-3)
+    assert caught.passing.tolist() == [4, 7]
+    same_side = passing_on(Grip(), samples, gaps, np.stack([across, across]), radii, 1e-3)
+    assert not len(same_side.passing)
+    assert passing_on(caught, samples, np.full((2, 3), 5e-4), normals, radii, 1e-3).passing.tolist() == [4, 7]
+    assert not len(passing_on(caught, samples, np.full((2, 3), 5e-3), normals, radii, 1e-3).passing)

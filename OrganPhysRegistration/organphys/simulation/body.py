@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from ..basis.reduced_elasticity import ReducedElasticity
 from ..ground.checks import Array, InputError
@@ -61,6 +62,13 @@ class Body:
     def vertex_phi(self) -> Array:
         """Basis (Nv, n) at the vertices of the surface."""
         return self.basis.phi(self.samples.vertices)
+
+    @cached_property
+    def patch_cells(self) -> NDArray[np.int64]:
+        """The quadrature points (P, 4) nearest to the middle of every patch of contact samples."""
+        middles = self.samples.points[self.samples.middle]
+        cells: NDArray[np.int64] = cKDTree(self.strain.points).query(middles, k=min(4, len(self.strain.points)))[1]
+        return cells.reshape(len(middles), -1)
 
     @property
     def elasticity(self) -> ReducedElasticity:

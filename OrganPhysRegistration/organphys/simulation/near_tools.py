@@ -14,6 +14,7 @@ from .options import SimulationOptions
 from .state import BodyState, Grip, ToolPose
 from .tools import PlacedPart, Tool
 
+SURE = 1.3  # a patch may be stretched more than the quadrature points nearest to it
 SPARE = 1e-3  # m: tissue may move so much farther than its present velocity says before the search is repeated
 
 
@@ -21,7 +22,7 @@ def near_samples(body: Body, z: Array, parts: tuple[PlacedPart, ...], within: fl
     """Indices (N,), ascending, of all samples within ``within`` m of a part at Z (n, 3)."""
     surface = body.samples
     centres = surface.points[surface.middle] + body.middle_phi @ z
-    stretch = largest_stretch(body.strain.gradients(z))
+    stretch = SURE * stretches(body.strain.gradients(z))[body.patch_cells].max(1)
     patches = np.zeros(len(centres), dtype=bool)
     for part in parts:
         patches |= part.gap_and_normal(centres)[0] < within + stretch * surface.reach
@@ -33,14 +34,14 @@ def near_samples(body: Body, z: Array, parts: tuple[PlacedPart, ...], within: fl
     return samples[near]
 
 
-def largest_stretch(f: Array) -> float:
-    """An upper bound of the largest principal stretch of gradients F (3, 3, Q), by s^2 <= tr F^T F - 2 det F / s."""
+def stretches(f: Array) -> Array:
+    """Upper bounds (Q,) of the largest stretches of gradients F (3, 3, Q), by s^2 <= tr F^T F - 2 det F / s."""
     trace = (f**2).sum((0, 1))
     determinant = (f[0] * cofactor(f)[0]).sum(0)
     s = np.sqrt(trace)
     for _ in range(6):
         s = np.sqrt(np.maximum(trace - 2 * determinant / s, 0.0))
-    return float(s.max())
+    return s
 
 
 def contact_terms(
