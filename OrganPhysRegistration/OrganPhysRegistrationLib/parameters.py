@@ -9,6 +9,7 @@ from slicer.parameterNodeWrapper import WithinRange, parameterNodeWrapper
 
 from .choices import CameraChoice, Method, OverlayIn, SkinningWeights, Stage, Stiffness, UnitChoice
 
+LEAST_UNIT_MM, LARGEST_UNIT_MM = 1e-4, 1e6  # what can be entered; the field shows four decimals
 MM_PER_UNIT = {UnitChoice.Millimetre: 1.0, UnitChoice.Centimetre: 10.0, UnitChoice.Metre: 1000.0}
 
 
@@ -32,8 +33,8 @@ class OrganPhysRegistrationParameterNode:
     cameraPosition: str = ""
     cameraFovDeg: Annotated[float, WithinRange(0, 179)] = 0.0
     unitChoice: UnitChoice = UnitChoice.Unknown
-    mmPerUnit: Annotated[float, WithinRange(1e-6, 1e6)] = 1.0
-    unitPercent: Annotated[float, WithinRange(0, 50)] = 0.0
+    mmPerUnit: Annotated[float, WithinRange(LEAST_UNIT_MM, LARGEST_UNIT_MM)] = 1.0
+    unitPercent: Annotated[float, WithinRange(0, 100)] = 0.0
     method: Method = Method.OrganPhys
     stiffness: Stiffness = Stiffness.Moderate
     weights: SkinningWeights = SkinningWeights.Rkpm

@@ -18,6 +18,8 @@ from .matrices import apply_matrix, array_of, world_from_node
 LABELMAP = "Binary labelmap"
 MARGIN = 1  # empty voxels kept round the organ where the volume goes on
 
+_last: dict[str, Any] = {}  # the last label that was searched: the panel asks at every refresh
+
 
 @dataclass(frozen=True)
 class SegmentMask:
@@ -74,6 +76,25 @@ def checked_segment(segmentation_node: Any, segment_id: str | None) -> Any:
             f"organ: {segmentation_node.GetName()} has no segment {segment_id!r} (any more); choose the organ again"
         )
     return segment
+
+
+def is_empty(segmentation_node: Any, segment_id: str | None) -> bool:
+    """Whether there is no such segment or nothing is painted in it. Label maps are searched once after each change."""
+    if segmentation_node is None or not segment_id:
+        return True
+    content = segmentation_node.GetSegmentation()
+    segment = content.GetSegment(segment_id) if content is not None else None
+    if segment is None:
+        return True
+    image = segment.GetRepresentation(LABELMAP)
+    if image is None or content.GetSourceRepresentationName() != LABELMAP:
+        bounds = [0.0] * 6
+        segment.GetBounds(bounds)
+        return bounds[0] > bounds[1]
+    key = (image, image.GetMTime(), segment.GetLabelValue())
+    if _last.get("key") != key:
+        _last.update(key=key, empty=LabelImage(image, segment.GetLabelValue()).box is None)
+    return bool(_last["empty"])
 
 
 def private_copy(segmentation_node: Any, segment_id: str) -> Any:

@@ -82,6 +82,14 @@ def T_shown_scene(splat_node: Any) -> Array:
     return world_from_node(splat_node)
 
 
+def forget_unit(splat_node: Any) -> None:
+    """The unit is not known (any more): show the splat at the size of an abdominal organ, as when it was loaded."""
+    poly = splat_node.GetPolyData()
+    opacities = vtk_to_numpy(poly.GetPointData().GetArray("opacity"))
+    centres = vtk_to_numpy(poly.GetPoints().GetData())
+    set_scale(splat_node, guessed_mm_per_unit(centres, opacities), "guess")
+
+
 def guess_scale(splat_node: Any, surface: vtk.vtkPolyData) -> bool:
     """Show a splat whose unit is not known at the size of the organ's ``surface`` (mm); False if its unit is known."""
     if mm_per_unit_of(splat_node)[1] != "guess":

@@ -118,9 +118,8 @@ def _write_case(case: CaseNodes, segmentation: Any, segment_id: str, splat: Any)
 
 
 def _show_registered_scale(case: CaseNodes, outcome: Any, splat: Any) -> None:
-    """Show the splat at 1/s when no unit was stated. Several organs on one splat keep the scale of the first."""
+    """Show the splat at 1/s unless it is shown at a stated unit. Several organs on one splat keep the first's scale."""
     others = [one for one in CaseNodes.all(case.scene) if one.case_id != case.case_id and one.splat is splat]
     registered, (shown, kind, _) = float(outcome.mm_per_unit), mm_per_unit_of(splat)
-    stated = outcome.unit_stated or kind == "stated"
-    if not stated and not others and (shown, kind) != (registered, "registered"):
+    if kind != "stated" and not others and (shown, kind) != (registered, "registered"):
         set_scale(splat, registered, "registered")

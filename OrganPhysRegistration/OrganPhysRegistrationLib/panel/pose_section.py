@@ -22,6 +22,7 @@ class PoseSection(Section):
         self._register = register
         self._adjustment: PoseAdjustment | None = None
         self._stage: Stage | None = None
+        self._frame: Any = None  # where the results stood when the adjustment began
         self.ui.adjustPoseButton.connect("toggled(bool)", self._toggle)
         self.ui.continuePoseButton.connect("clicked()", self.go_on)
 
@@ -30,7 +31,8 @@ class PoseSection(Section):
 
     def refresh(self) -> None:
         running, case = self._register.running, self.panel.case()
-        if running or case is None or self.panel.parameters.shownStage is not self._stage:
+        moved = case is not None and self._adjustment is not None and case.record["T_overlay_scene"] != self._frame
+        if running or case is None or moved or self.panel.parameters.shownStage is not self._stage:
             self._stop()
         self.ui.adjustPoseButton.enabled = case is not None and not running
         self.ui.adjustPoseButton.checked = self._adjustment is not None
@@ -55,6 +57,7 @@ class PoseSection(Section):
         if on and self._adjustment is None:
             adjustment, self._stage = PoseAdjustment(self.panel.case()), self.panel.parameters.shownStage
             adjustment.start(self._stage.value)
+            self._frame = self.panel.case().record["T_overlay_scene"]
             self._adjustment = adjustment
             self.panel.tell(_("Drag the handles in the 3D view, then press Continue from this pose."))
         elif not on and self._adjustment is not None:
