@@ -87,8 +87,8 @@ def followers(node: Any) -> list[Any]:
 def remove(scene: Any, node: Any) -> None:
     """Remove a node with its followers, which RemoveNode leaves behind, and its place in the subject hierarchy."""
     tree, others = subject_hierarchy(scene), followers(node)
-    item = tree.GetItemByDataNode(node)
     scene.RemoveNode(node)
+    item = tree.GetItemByDataNode(node)  # in the application it went with the node
     if item:
         tree.RemoveItem(item, False, False)
     for other in others:

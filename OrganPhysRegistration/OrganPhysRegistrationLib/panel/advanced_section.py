@@ -17,8 +17,6 @@ class AdvancedSection(Section):
         core = core_in_use()
         self.ui.coreLabel.text = f"organphys {core.version}"
         self.ui.coreLabel.toolTip = core.file
-        if core.warning is not None:
-            panel.tell(core.warning, "warning")
 
     def refresh(self) -> None:
         self.ui.weightsCombo.enabled = self.panel.parameters.method is Method.Paper

@@ -11,6 +11,7 @@ from slicer.i18n import tr as _
 from organphys.ground.checks import InputError
 
 from ..choices import CameraChoice
+from ..runs.run_inputs import camera_position_of
 from .section import Section, guarded
 from .view_layout import show_layout
 
@@ -32,12 +33,14 @@ class CameraSection(Section):
         ui.cameraFactLabel.visible = from_view
         if not from_view:
             return
-        if parameters.cameraPosition:
-            x, y, z = json.loads(parameters.cameraPosition)
-            fact = _("Endoscope at {place} scene units, view angle {angle:.0f}°")
-            ui.cameraFactLabel.text = fact.format(place=f"{x:.3g}, {y:.3g}, {z:.3g}", angle=parameters.cameraFovDeg)
-        else:
+        try:
+            x, y, z = camera_position_of(parameters.cameraPosition)
+        except InputError:  # none yet; problems of a run tells what is wrong with another one
             ui.cameraFactLabel.text = _("Turn the 3D view to where the endoscope looked from, then press Use 3D view.")
+            return
+        place, fov = f"{x:.3g}, {y:.3g}, {z:.3g}", parameters.cameraFovDeg
+        angle = _("view angle {fov:.0f}°").format(fov=fov) if fov else _("view angle not known")
+        ui.cameraFactLabel.text = _("Endoscope at {place} scene units, {angle}").format(place=place, angle=angle)
 
     @guarded
     def use_view(self) -> None:
@@ -58,8 +61,8 @@ class CameraSection(Section):
 
         parameters = self.panel.parameters
         position = None
-        if parameters.cameraChoice is CameraChoice.FromView and parameters.cameraPosition:
-            position = json.loads(parameters.cameraPosition)
+        if parameters.cameraChoice is CameraChoice.FromView:
+            position = camera_position_of(parameters.cameraPosition)
         look_from_endoscope(parameters.splat, self._view_node(), position=position, fov_deg=parameters.cameraFovDeg)
 
     @guarded

@@ -8,6 +8,7 @@ import slicer
 from slicer.i18n import tr as _
 
 from ..inputs.landmark_input import landmark_messages, landmark_points, organ_surface, snap_to_surface
+from ..inputs.segment_input import is_empty
 from .landmark_table import LandmarkTable
 from .message_box import show_message
 from .section import Section, guarded
@@ -76,7 +77,7 @@ class LandmarksSection(Section):
             return
         self._stop_snapping()
         self._snapped = wanted
-        if all(wanted):
+        if all(wanted) and not is_empty(*wanted[1:]):
             self._surface = organ_surface(parameters.segmentation, parameters.segmentID)
             self._snapping = snap_to_surface(self._node, self._surface)
 

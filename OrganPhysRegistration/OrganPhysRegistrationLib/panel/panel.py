@@ -11,12 +11,13 @@ import vtk
 from slicer.util import NodeModify, VTKObservationMixin
 
 from ..choices import OverlayIn, Stage
+from ..inputs.splat_removal import SplatRemoval
 from ..outputs.case_nodes import CaseNodes, case_of
 from ..outputs.overlay_frame import overlay_in
 from ..outputs.stage_switch import shown_stage
 from ..parameters import OrganPhysRegistrationParameterNode
 from .message_box import show_message
-from .section import Section
+from .section import Section, tell_failure
 
 PARAMETER = "SlicerParameterName"  # dynamic property of a widget in the .ui: the parameter it shows
 
@@ -41,6 +42,7 @@ class Panel(VTKObservationMixin):
         self._timer.setInterval(0)
         self._timer.connect("timeout()", self.refresh)
         self.addObserver(slicer.mrmlScene, slicer.vtkMRMLScene.NodeRemovedEvent, self.refresh_soon)
+        self._splat_removal = SplatRemoval()
 
     def connect_parameters(self, parameters: OrganPhysRegistrationParameterNode | None) -> None:
         """Bind the widgets to other parameters, or to none."""
@@ -51,6 +53,8 @@ class Panel(VTKObservationMixin):
         if parameters is not None:
             self._gui_tag = parameters.connectParametersToGui(self._widgets_of_parameters())
             self.addObserver(parameters.parameterNode, vtk.vtkCommand.ModifiedEvent, self.refresh_soon)
+        else:
+            self.tell("")  # it was about what is gone
         for section in self.sections:
             section.bind()
         self.refresh()
@@ -62,7 +66,7 @@ class Panel(VTKObservationMixin):
         self._follow_organ()
         self._case = CaseNodes.find(case_id=self.parameters.caseID) if self.parameters.caseID else None
         for section in self.sections:
-            section.refresh()
+            self._refresh_section(section)
 
     def refresh_soon(self, *_event: Any) -> None:
         """Refresh in the next turn of the event loop, however often this is called until then."""
@@ -71,6 +75,12 @@ class Panel(VTKObservationMixin):
     def tell(self, lines: str | Sequence[str], kind: str = "info") -> None:
         """Tell the user something beside the Register button; ``kind``: "info", "good", "warning" or "error"."""
         show_message(self.ui.messageLabel, lines, kind)
+
+    def tell_warnings(self, case: CaseNodes | None) -> bool:
+        """Tell the warnings of a case in plain words; False, and nothing is told, if it has none."""
+        warnings = [] if case is None else [message for _code, message in case.record["notices"]]
+        self.tell(warnings, "warning")
+        return bool(warnings)
 
     def choose(self, nodes: Mapping[str, Any]) -> None:
         """Set several parameters at once: name -> value."""
@@ -94,6 +104,13 @@ class Panel(VTKObservationMixin):
             shown, where = Stage(shown_stage(case)), OverlayIn(overlay_in(case))
             self.choose({"caseID": case.case_id, "shownStage": shown, "overlayIn": where})
 
+    def _refresh_section(self, section: Section) -> None:
+        """One that fails leaves the others alive."""
+        try:
+            section.refresh()
+        except Exception as error:
+            tell_failure(self, f"refresh of {type(section).__name__}", error)
+
     def _follow_organ(self) -> None:
         """Another organ or splat was chosen: show its results, if it has been registered already."""
         chosen = self.parameters
@@ -101,12 +118,15 @@ class Panel(VTKObservationMixin):
         if organ == self._organ or not all(organ):
             return
         self._organ = organ
-        self.adopt(case_of(*organ))
+        case = case_of(*organ)
+        self.adopt(case)
+        self.tell_warnings(case)
 
     def cleanup(self) -> None:
         """Let go of everything that is observed."""
         self.connect_parameters(None)
         self._timer.stop()
+        self._splat_removal.remove()
         for section in self.sections:
             section.cleanup()
         self.removeObservers()

@@ -44,7 +44,11 @@ class RegisterSection(Section):
         ui.applyButton.enabled = not cancelling and not reasons
         tip = _("Stop the run; the scene is restored.") if running else _("Coarse, rigid and elastic in one run.")
         ui.applyButton.toolTip = "\n".join(reasons) or tip
-        show_message(ui.reasonLabel, reasons[:1], "info")
+        stranger = self.panel.logic.organphysInUse().warning
+        if reasons or not stranger:
+            show_message(ui.reasonLabel, reasons[:1], "info")
+        else:
+            show_message(ui.reasonLabel, stranger, "warning")
         self._warm_up(not running and not reasons)
         ui.progressBar.visible = running
         for content in (ui.inputsContent, ui.displayContent, ui.sampleDataButton):
@@ -115,10 +119,7 @@ class RegisterSection(Section):
 
     def _tell_outcome(self, case: Any) -> None:
         """The run's warnings in plain words, or that there are none."""
-        warnings = [message for _code, message in case.record["notices"]]
-        if warnings:
-            self.panel.tell(warnings, "warning")
-        else:
+        if not self.panel.tell_warnings(case):
             seconds = time.monotonic() - self._began
             self.panel.tell(_("Done in {seconds:.1f} s, without warnings.").format(seconds=seconds), "good")
 

@@ -49,11 +49,17 @@ def guarded(method: Callable[..., Any]) -> Callable[..., None]:
     def run(self: Section, *args: Any) -> None:
         try:
             method(self, *args[:taken])
-        except (InputError, DependencyError) as error:
-            self.panel.tell(sentence(str(error)), "error")
         except Exception as error:
-            logging.exception("OrganPhys: %s failed", method.__name__)
-            text = _("This did not work: {error}. The error log has the details.")
-            self.panel.tell(text.format(error=error or type(error).__name__), "error")
+            tell_failure(self.panel, method.__name__, error)
 
     return run
+
+
+def tell_failure(panel: Panel, what: str, error: Exception) -> None:
+    """An exception in plain words in the panel; one that is not about an input goes to the log as well."""
+    if isinstance(error, (InputError, DependencyError)):
+        panel.tell(sentence(str(error)), "error")
+        return
+    logging.error("OrganPhys: %s failed", what, exc_info=error)
+    text = _("This did not work: {error}. The error log has the details.")
+    panel.tell(text.format(error=str(error) or type(error).__name__), "error")

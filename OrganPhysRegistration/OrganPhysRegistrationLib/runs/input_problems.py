@@ -9,8 +9,10 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from organphys.ground.checks import InputError
 
-from ..inputs.segment_input import checked_segment
-from ..inputs.splat_node import checked_splat
+from ..inputs.roi_input import scene_box
+from ..inputs.segment_input import checked_segment, is_empty
+from ..inputs.splat_display import visible_gaussians
+from ..inputs.splat_node import checked_splat, is_splat
 from .run_inputs import RunInputs, inputs_from_parameters
 
 FEWEST_GAUSSIANS = 100
@@ -30,6 +32,7 @@ def problems_of(inputs: RunInputs) -> list[str]:
     found = [
         *_organ_problems(inputs.segmentation, inputs.segment_id),
         *_splat_problems(inputs.splat, inputs.opacity),
+        *_roi_problems(inputs),
         *_landmark_problems(inputs),
         *_number_problems(inputs),
     ]
@@ -47,9 +50,7 @@ def _organ_problems(segmentation: Any, segment_id: str) -> list[str]:
         segment = checked_segment(segmentation, segment_id)
     except InputError as error:
         return [str(error)]
-    bounds = [0.0] * 6
-    segment.GetBounds(bounds)
-    if bounds[0] > bounds[1]:
+    if is_empty(segmentation, segment_id):
         return [f"segment {segment.GetName()}: it is empty; paint the organ or choose another segment"]
     return []
 
@@ -60,10 +61,29 @@ def _splat_problems(splat: Any, opacity: float) -> list[str]:
     except InputError as error:
         return [str(error)]
     opacities = vtk_to_numpy(data.GetArray("opacity"))
+    if len(opacities) < FEWEST_GAUSSIANS:
+        return [f"splat: it has only {len(opacities)} Gaussians; load the splat that shows the organ"]
     if np.count_nonzero(opacities > opacity) < FEWEST_GAUSSIANS:
         return [
             f"splat: fewer than {FEWEST_GAUSSIANS} Gaussians are above the opacity threshold {opacity:.2g} "
             f"(the highest is {opacities.max():.2g}); lower the threshold"
+        ]
+    return []
+
+
+def _roi_problems(inputs: RunInputs) -> list[str]:
+    roi, splat = inputs.roi, inputs.splat
+    if roi is None or not is_splat(splat):
+        return []
+    try:
+        box = scene_box(roi, splat)
+    except InputError as error:
+        return [str(error)]
+    left = np.count_nonzero(visible_gaussians(splat, opacity=inputs.opacity, box=box))
+    if left < FEWEST_GAUSSIANS:
+        return [
+            f"region of interest: {roi.GetName()} leaves {left} Gaussians of the splat; move it onto the organ in the "
+            "splat, enlarge it, or choose none"
         ]
     return []
 
@@ -81,7 +101,4 @@ def _number_problems(inputs: RunInputs) -> list[str]:
         found.append("the splat's unit must lie between 0.000001 and 1000000 mm per unit: enter it or choose unknown")
     if inputs.camera_fov_deg is not None and not 1 <= inputs.camera_fov_deg < 180:
         found.append(f"the field of view must lie between 1 and 180 degrees, not {inputs.camera_fov_deg:g}")
-    roi = inputs.roi
-    if roi is not None and min(roi.GetSize()) <= 0:
-        found.append(f"the region of interest {roi.GetName()} has no size: draw it round the organ or choose none")
     return found

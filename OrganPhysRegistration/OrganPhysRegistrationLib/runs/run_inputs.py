@@ -61,7 +61,7 @@ def inputs_from_parameters(parameters: Any) -> RunInputs:
         splat=parameters.splat,
         landmarks=parameters.landmarks,
         roi=parameters.roi,
-        camera_position=_camera_position(parameters.cameraPosition) if from_view else None,
+        camera_position=camera_position_of(parameters.cameraPosition) if from_view else None,
         camera_fov_deg=(parameters.cameraFovDeg or None) if from_view else None,
         mm_per_unit=stated_mm_per_unit(parameters),
         unit_percent=parameters.unitPercent,
@@ -82,7 +82,8 @@ def _value(choice: Any) -> str:
     return str(getattr(choice, "value", choice))
 
 
-def _camera_position(text: str) -> tuple[float, float, float]:
+def camera_position_of(text: str) -> tuple[float, float, float]:
+    """The parameter cameraPosition, "[x, y, z]", as numbers in scene units; InputError where it is none."""
     if not text:
         raise InputError('camera: no view taken yet; press "Use 3D view" or choose the scene origin')
     try:
