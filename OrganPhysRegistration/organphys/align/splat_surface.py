@@ -21,8 +21,8 @@ from .surface_patches import on_patches
 @dataclass(frozen=True)
 class SplatSurfaceOptions:
     """Counts of points and neighbours: ``centres`` are cleaned and shape mask and rim; up to ``dense`` more that lie on
-    them are averaged into ``samples`` (a mean over more Gaussians is less noisy), each of which is put on a smooth patch
-    through the nearest ``patch`` of all centres: a fraction, so that it covers as much surface of a sparse splat.
+    them are averaged into ``samples`` (a mean over more Gaussians is less noisy), each of which is put on a smooth
+    patch through the nearest ``patch`` of all centres: a fraction, so that it covers as much surface of a sparse splat.
     """
 
     centres: int = 40_000
@@ -36,7 +36,8 @@ class SplatSurfaceOptions:
 
 @dataclass(frozen=True)
 class SplatSurface:
-    """points (C, 3), normals (C, 3): cleaned centres; samples (M, 3), sample_normals (M, 3): cell averages of them.
+    """points (C, 3), normals (C, 3): cleaned centres; samples (M, 3), sample_normals (M, 3): cell averages
+    put on smooth patches.
 
     Normals are unit and point towards the camera. ``spacing`` (median neighbour distance) and ``radius`` (rms
     distance from the centroid) are in scene units.
