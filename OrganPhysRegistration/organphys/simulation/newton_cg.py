@@ -17,7 +17,7 @@ from .factor import Factor, FactorCache
 from .incremental_potential import Evaluation, IncrementalPotential
 
 SUFFICIENT = 1e-4  # Armijo's fraction of the predicted decrease
-HALVINGS = 30
+HALVINGS = 12
 CG_STEPS = 60
 FORCING = 0.05  # linear systems are solved to this part of the residual, or to the tolerance where that is more
 LEAST_FORCE = 1e-3  # m/s^2: forces are compared with at least this times the mass

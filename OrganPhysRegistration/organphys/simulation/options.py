@@ -18,7 +18,8 @@ class SimulationOptions:
     gravity (3,) m/s^2 along the scene's axes (see ``gravity_along``); scheme "backward_euler" (damps on its own) or
     "bdf2" (second order). Damping of Rayleigh's kind: mass_damping in 1/s, stiffness_damping in s. tolerance: residual
     force of a step in parts of the largest force of its balance; the rms error of the step's positions is then below
-    dt^2 times the residual over the mass (``BodyReport.error_m``) where the energy is convex.
+    dt^2 times the residual over the mass (``BodyReport.error_m``) where the energy is convex. newton_steps bounds the
+    time of a step; one that ends there is less exact, which its report says, and sound all the same.
     contact_gap m: distance at which tools begin to push; contact_pressure Pa: scale of that push; friction:
     Coulomb coefficient; slip_speed m/s: below it friction sticks softly.
     """
@@ -28,7 +29,7 @@ class SimulationOptions:
     mass_damping: float = 0.5
     stiffness_damping: float = 0.005
     tolerance: float = 1e-3
-    newton_steps: int = 30
+    newton_steps: int = 15
     contact_gap: float = 1e-3
     contact_pressure: float = 1e5
     friction: float = 0.2
