@@ -8,8 +8,9 @@ costs no accuracy. When it has cost more conjugate gradient steps than a new one
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from scipy.linalg import lapack
@@ -18,7 +19,10 @@ from ..ground.checks import Array
 from .body import Body
 from .incremental_potential import Evaluation, IncrementalPotential
 
-KEPT = 8
+Key = TypeVar("Key", bound=Hashable)
+Value = TypeVar("Value")
+
+KEPT = 12
 FEW, WORTH = 4, 60  # conjugate gradient steps per time step that are fine; so many more are worth a new factor
 
 
@@ -36,40 +40,54 @@ class Factor:
         return solved
 
 
-class Base(NamedTuple):
-    """Hessian (3n, 3n) of a body without contacts at a reference, its factor, and the body's rotation (3, 3) there."""
+class Stiffness(NamedTuple):
+    """Elastic Hessian (3n, 3n) of a body at a reference (n, 3) and the rotation (3, 3) of the body there."""
 
     body: Body
     reference: Array
     matrix: Array
-    lower: Array
     rotation: Array
 
 
+class Base(NamedTuple):
+    """Hessian (3n, 3n) without contacts of one step size, its factor, and where its stiffness is from."""
+
+    matrix: Array
+    lower: Array
+    stiffness: Stiffness
+
+
 class FactorCache:
-    """Keeps the base matrices of a few bodies and step sizes; what comes out depends on the arguments alone."""
+    """Keeps the matrices of a few bodies and step sizes; what comes out depends on the arguments alone."""
 
     def __init__(self) -> None:
+        self._stiffness: OrderedDict[tuple[int, int], Stiffness] = OrderedDict()
         self._bases: OrderedDict[tuple[int, int, float, float], Base] = OrderedDict()
 
     def factor(self, potential: IncrementalPotential, at: Evaluation, reference: Array) -> Factor:
         """Preconditioner for the Hessian at ``at`` from the stiffness at ``reference`` (n, 3)."""
         base = self._base(potential, reference)
-        rotation = mean_rotation(potential.body, at.deformation) @ base.rotation.T
+        rotation = mean_rotation(potential.body, at.deformation) @ base.stiffness.rotation.T
         if at.contact is None:
             return Factor(base.lower, rotation)
         return Factor(_cholesky(base.matrix + _contact_matrix(potential, at, rotation)), rotation)
 
     def _base(self, potential: IncrementalPotential, reference: Array) -> Base:
+        body, inertia = potential.body, potential.inertia + potential.drag
         viscous = 1.0 if potential.viscosity is None else 1.0 + potential.viscosity.factor
-        inertia = potential.inertia + potential.drag
-        key = (id(potential.body), id(reference), inertia, viscous)
-        if key not in self._bases:  # body and reference are kept, so their ids stay their own
-            self._bases[key] = _base(potential.body, reference, inertia, viscous)
-            if len(self._bases) > KEPT:
-                self._bases.popitem(last=False)
-        self._bases.move_to_end(key)
-        return self._bases[key]
+        key = (id(body), id(reference))  # what is kept holds body and reference, so their ids stay their own
+        stiffness = _kept(self._stiffness, key, lambda: _stiffness(body, reference))
+        return _kept(self._bases, (*key, inertia, viscous), lambda: _base(stiffness, inertia, viscous))
+
+
+def _kept(store: OrderedDict[Key, Value], key: Key, make: Callable[[], Value]) -> Value:
+    """The value of ``key``, made if it is not there; the values used longest ago are dropped."""
+    if key not in store:
+        store[key] = make()
+        if len(store) > KEPT:
+            store.popitem(last=False)
+    store.move_to_end(key)
+    return store[key]
 
 
 def renewed(reference: Array, excess: int, z: Array, cg_steps: int) -> tuple[Array, int]:
@@ -78,21 +96,23 @@ def renewed(reference: Array, excess: int, z: Array, cg_steps: int) -> tuple[Arr
     return (z, 0) if excess > WORTH else (reference, excess)
 
 
-def _base(body: Body, reference: Array, inertia: float, viscous: float) -> Base:
-    elasticity, rotation = body.elasticity, np.eye(3)
-    if reference.any():
-        stiffness = elasticity.hessian(reference)
-        rotation = mean_rotation(body, body.strain.gradients(reference))
-    else:
-        stiffness = elasticity.rest_hessian()
+def _stiffness(body: Body, reference: Array) -> Stiffness:
+    if not reference.any():
+        return Stiffness(body, reference, body.elasticity.rest_hessian(), np.eye(3))
+    rotation = mean_rotation(body, body.strain.gradients(reference))
+    return Stiffness(body, reference, body.elasticity.hessian(reference), rotation)
+
+
+def _base(stiffness: Stiffness, inertia: float, viscous: float) -> Base:
+    body = stiffness.body
     rest = np.kron(body.held, np.eye(3))
     rest[np.diag_indices(len(rest))] += inertia
-    matrix = viscous * stiffness + rest
+    matrix = viscous * stiffness.matrix + rest
     lower, info = lapack.dpotrf(matrix, lower=1, clean=0)
     if info != 0:  # tissue under pressure is about to buckle
-        matrix = viscous * elasticity.hessian(reference, project=True) + rest
+        matrix = viscous * body.elasticity.hessian(stiffness.reference, project=True) + rest
         lower = _cholesky(matrix)
-    return Base(body, reference, matrix, lower, rotation)
+    return Base(matrix, lower, stiffness)
 
 
 def mean_rotation(body: Body, deformation: Array) -> Array:

@@ -9,12 +9,13 @@ from scipy.spatial import cKDTree
 
 from ..ground.checks import Array, InputError, as_positive
 from ..points.sampling import farthest_points
-from .body import Body, untangled
+from .body import Body
 from .local_cells import inside_grid, refined_cells, within
 from .local_functions import LocalFunctions
 from .pins import spring_matrix
 from .simulation_basis import SimulationBasis
 from .state import BodyState
+from .state_transfer import untangled
 from .strain_energy import StrainEnergy
 
 FINER = 0.35  # spacing of the fine quadrature points in kernel radii

@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from ..ground.checks import InputError, as_positive
-from .body import Body, transferred
+from .body import Body
 from .factor import FactorCache
 from .local_detail import LocalDetail, followed
 from .options import SimulationOptions
 from .pins import Pin
 from .scene import Scene
 from .state import BodyState, SceneState, ToolPose
+from .state_transfer import transferred
 from .step import StepReport, step
 
 
