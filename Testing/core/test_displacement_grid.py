@@ -7,7 +7,7 @@ from scipy import ndimage
 
 from organphys.asset.grid_spline import GridSpline
 from organphys.exports.displacement_grid import sample_displacement
-from organphys.exports.grid_axes import GridAxes, doubled, trilinear
+from organphys.exports.grid_axes import GridAxes, cubic, doubled, trilinear
 from organphys.ground.checks import InputError
 
 
@@ -25,11 +25,11 @@ def grids(organ):
     return made
 
 
-def at(grid, points):
-    """Vectors (N, 3) at points (N, 3), by an interpolation that is not the grid's own."""
+def at(grid, points, order=3):
+    """Vectors (N, 3) at points (N, 3), by an interpolation that is not the grid's own: linear, or cubic B-splines."""
     index = ((points - grid.origin) / grid.spacing)[:, ::-1].T
     return np.stack(
-        [ndimage.map_coordinates(grid.vectors[..., a].astype(float), index, order=1) for a in range(3)], axis=1
+        [ndimage.map_coordinates(grid.vectors[..., a].astype(float), index, order=order) for a in range(3)], axis=1
     )
 
 
@@ -45,6 +45,8 @@ def test_forward_grid_is_the_map_inside_the_organ(organ, grids):
     error = np.linalg.norm(mapped - organ.map_points(points), axis=1) * organ.mm_per_unit
     assert error.max() < 0.05 and grids.forward.error_mm["max"] < 0.05
     assert np.percentile(error, 95) == pytest.approx(grids.forward.error_mm["p95"], rel=0.5)
+    linear = np.linalg.norm(at(grids.forward, points, order=1) - at(grids.forward, points), axis=1)
+    assert np.percentile(linear, 95) == pytest.approx(grids.forward.linear_error_mm["p95"], rel=0.5)
     still = np.linalg.norm(organ.T_scene_ct.apply(points) - organ.map_points(points), axis=1) * organ.mm_per_unit
     assert still.max() > 5  # there is something to interpolate
 
@@ -103,6 +105,20 @@ def test_doubling_keeps_cubics_and_trilinear_keeps_planes():
     points = np.random.default_rng(0).uniform(0, 5, (50, 3))
     nodes = axes.nodes(np.ones(axes.counts, dtype=bool)).reshape(*axes.counts, 3)
     np.testing.assert_allclose(trilinear(nodes.transpose(2, 1, 0, 3), axes, points), points, atol=1e-12)
+
+
+def test_cubic_interpolation_has_four_points_per_axis():
+    axes = GridAxes.round(np.array([[0.0, 0, 0], [5, 7, 9]]), 4.0, 1.0, most=10**6)
+    x, y, z = np.meshgrid(*axes.all, indexing="ij")
+    field = np.stack([x**2 - y, y * z, 0.1 * z**2], -1)  # Catmull-Rom keeps parabolas
+    points = np.random.default_rng(0).uniform(0, 5, (60, 3))
+    a, b, c = points.T
+    expected = np.stack([a**2 - b, b * c, 0.1 * c**2], axis=1)
+    np.testing.assert_allclose(cubic(field.transpose(2, 1, 0, 3), axes, points), expected, atol=1e-9)
+    one = np.zeros((*axes.counts[::-1], 3))
+    one[4, 4, 4] = 1.0
+    half = axes.origin + 3.5 * axes.spacing
+    assert cubic(one, axes, half[None])[0, 0] == pytest.approx((9 / 16) ** 3)
 
 
 def test_a_grid_is_never_larger_than_allowed():

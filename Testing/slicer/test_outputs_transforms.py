@@ -10,6 +10,7 @@ from outcome_example import grids, organ, outcome, segmentation_node, splat_node
 from scipy.spatial import cKDTree
 from vtk.util.numpy_support import vtk_to_numpy
 
+from organphys.exports.grid_axes import GridAxes, cubic
 from organphys.ground.checks import InputError
 from organphys.ground.frames import rotation_about
 from OrganPhysRegistrationLib.inputs.splat_scale import set_scale
@@ -19,6 +20,7 @@ from OrganPhysRegistrationLib.outputs.case_exports import export_transform
 from OrganPhysRegistrationLib.outputs.case_nodes import CaseNodes, write_grids, write_outcome
 from OrganPhysRegistrationLib.outputs.follow_splat import follow_splat, results_follow
 from OrganPhysRegistrationLib.outputs.geometry import point_cloud, points_of
+from OrganPhysRegistrationLib.outputs.grid_transforms import grid_in
 from OrganPhysRegistrationLib.outputs.overlay_frame import set_overlay
 from OrganPhysRegistrationLib.outputs.volume_node import asset_of
 
@@ -109,9 +111,18 @@ def test_splat_stands_in_ct_millimetres_under_its_transform(case, inside):
 def test_accuracy_and_size_of_the_grid_are_told(case):
     node = case.node("ct_to_scene")
     assert float(node.GetAttribute("OrganPhys.SamplingErrorMaxMm")) == 0.04
+    assert float(node.GetAttribute("OrganPhys.LinearErrorMaxMm")) == 0.07
     assert float(node.GetAttribute("OrganPhys.GridSpacingMm")) == 3
     assert 0 < float(node.GetAttribute("OrganPhys.GridMB")) < 10
     assert node.GetAttribute("OrganPhys.Transform") == "elastic"
+
+
+def test_the_core_measures_with_the_interpolation_of_slicer(case, inside):
+    grid = outcome().grids.forward
+    axes = GridAxes(np.asarray(grid.origin), float(grid.spacing[0]), grid.vectors.shape[2::-1])
+    moved = inside + cubic(grid.vectors, axes, inside)
+    alone = grid_in(case.node("ct_to_scene"))
+    assert max(np.linalg.norm(np.array(alone.TransformPoint(p)) - q) for p, q in zip(inside, moved, strict=True)) < 1e-4
 
 
 @pytest.mark.parametrize("inverse", [False, True])

@@ -23,6 +23,7 @@ ROWS = (
     ("sampling error inside, largest", "SamplingErrorMaxMm", "mm"),
     ("sampling error inside, 95 %", "SamplingErrorP95Mm", "mm"),
     ("sampling error within 30 mm outside, largest", "SamplingErrorOutsideMaxMm", "mm"),
+    ("sampling error inside in programs that interpolate linearly, largest", "LinearErrorMaxMm", "mm"),
     ("there and back inside, largest", "RoundTripMaxMm", "mm"),
     ("grid spacing", "GridSpacingMm", "mm"),
     ("grid memory", "GridMB", "MB"),
@@ -82,6 +83,7 @@ def _grid_facts(grid: Any) -> dict[str, str | None]:
         "SamplingErrorMaxMm": f"{grid.error_mm['max']:.4g}",
         "SamplingErrorP95Mm": f"{grid.error_mm['p95']:.4g}",
         "SamplingErrorOutsideMaxMm": f"{grid.error_outside_mm['max']:.4g}",
+        "LinearErrorMaxMm": f"{grid.linear_error_mm['max']:.4g}",
         "GridSpacingMm": f"{float(np.max(grid.spacing)):.4g}",
         "GridMB": f"{np.asarray(grid.vectors).nbytes / MB:.3g}",
     }

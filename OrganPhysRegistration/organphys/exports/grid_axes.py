@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 from ..ground.checks import Array
 
+# weights of the four nodes, one row each, as polynomials of the place in the cell (constant, t, t^2, t^3)
+CATMULL_ROM = np.array([[0, -1, 2, -1], [2, 0, -5, 3], [0, 1, 4, -3], [0, 0, -1, 1]]) / 2
+
 
 @dataclass(frozen=True)
 class GridAxes:
@@ -64,12 +67,32 @@ def doubled(values: Array) -> Array:
 
 def trilinear(vectors: NDArray[np.floating], axes: GridAxes, points: Array) -> Array:
     """Vectors (nz, ny, nx, 3) of the nodes at points (N, 3) within the grid, as image programs interpolate: (N, 3)."""
+    base, t = _cells(axes, points)
+    return _weighted(vectors, base, np.stack([1 - t, t]))
+
+
+def cubic(vectors: NDArray[np.floating], axes: GridAxes, points: Array) -> Array:
+    """As ``trilinear``, with Catmull-Rom's four points per axis: what VTK's grid transform does, and so Slicer's.
+
+    Points (N, 3) must lie one node or more within the border.
+    """
+    base, t = _cells(axes, points)
+    weights = CATMULL_ROM @ np.stack([np.ones_like(t), t, t**2, t**3]).reshape(4, -1)
+    return _weighted(vectors, base - 1, weights.reshape(4, *t.shape))
+
+
+def _cells(axes: GridAxes, points: Array) -> tuple[NDArray[np.int64], Array]:
+    """First node (N, 3) of the cell of each point, and the place (N, 3) in it, 0 to 1."""
     position = np.clip((points - axes.origin) / axes.spacing, 0, np.array(axes.counts) - 1.000001)
     base = position.astype(np.int64)
-    t = position - base
-    result = np.zeros((len(points), 3))
-    for corner in np.ndindex(2, 2, 2):
-        weight = np.prod(np.where(corner, t, 1 - t), axis=1)
-        i, j, k = (base + corner).T
+    return base, position - base
+
+
+def _weighted(vectors: NDArray[np.floating], first: NDArray[np.int64], weights: Array) -> Array:
+    """Sum (N, 3) over the nodes from ``first`` (N, 3) on; weights (nodes per axis, N, 3)."""
+    result = np.zeros((len(first), 3))
+    for corner in np.ndindex(*3 * (len(weights),)):
+        i, j, k = (first + corner).T
+        weight = weights[corner[0], :, 0] * weights[corner[1], :, 1] * weights[corner[2], :, 2]
         result += weight[:, None] * vectors[k, j, i]
     return result

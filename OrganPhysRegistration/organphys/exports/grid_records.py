@@ -15,8 +15,9 @@ from ..ground.checks import Array
 class DisplacementGrid:
     """Vectors (K, J, I, 3) in mm at the points origin + (i, j, k) * spacing, axes along RAS; x-fastest when ravelled.
 
-    origin (3,) RAS mm, spacing (3,) mm. error_mm: "max" and "p95" of what trilinear interpolation misses, measured
-    inside the organ at points that are no nodes; error_outside_mm: the same within 30 mm round the organ.
+    origin (3,) RAS mm, spacing (3,) mm. error_mm: "max" and "p95" of what cubic interpolation, VTK's and so Slicer's,
+    misses, measured inside the organ at points that are no nodes; error_outside_mm: the same within 30 mm round the
+    organ; linear_error_mm: inside, with the trilinear interpolation of other programs.
     """
 
     origin: Array
@@ -24,6 +25,7 @@ class DisplacementGrid:
     vectors: NDArray[np.float32]
     error_mm: Mapping[str, float] = field(default_factory=dict)
     error_outside_mm: Mapping[str, float] = field(default_factory=dict)
+    linear_error_mm: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

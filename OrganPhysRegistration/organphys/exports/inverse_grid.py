@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -16,20 +18,23 @@ TOLERANCE_MM = 2e-3
 LOOK_MM = 0.02  # nodes at which the filled-in inverse misses by more are solved for themselves
 
 
-def inverse_displacement(deformation: Deformation, axes: GridAxes, forward: Array) -> Array:
+def inverse_displacement(
+    deformation: Deformation, axes: GridAxes, forward: Array, *, progress: Callable[[float], None] = lambda part: None
+) -> Array:
     """e (nx, ny, nz, 3) in mm at the nodes from d = ``forward`` (nx, ny, nz, 3).
 
     Newton steps on the cubic spline through d: first at every second node, between which a cubic is filled in, then at
-    the nodes where that is not good enough. Nodes that do not converge so go to the exact inverse.
+    the nodes where that is not good enough. Nodes that do not converge so go to the exact inverse. ``progress``: told
+    the part done (0..1) before each step; what it raises ends the work.
     """
     half = axes.every_second
     coarse = SplineField(np.ascontiguousarray(forward[::2, ::2, ::2]), half)
-    e = doubled(_solved(deformation, coarse, np.zeros_like(coarse.d), coarse.active))
+    e = doubled(_solved(deformation, coarse, np.zeros_like(coarse.d), coarse.active, lambda: progress(0.0)))
     fine = SplineField(forward, axes)
     misses = np.zeros(forward.shape[:3], dtype=bool)
     misses[fine.active] = np.linalg.norm(fine.residual(e, fine.active), axis=1) > LOOK_MM
     e[~fine.active] = 0.0
-    return _solved(deformation, fine, e, misses)
+    return _solved(deformation, fine, e, misses, lambda: progress(0.5))
 
 
 class SplineField:
@@ -62,11 +67,14 @@ class SplineField:
         return slopes
 
 
-def _solved(deformation: Deformation, field: SplineField, start: Array, rows: NDArray[np.bool_]) -> Array:
+def _solved(
+    deformation: Deformation, field: SplineField, start: Array, rows: NDArray[np.bool_], before_step: Callable[[], None]
+) -> Array:
     """``start`` (nx, ny, nz, 3) with the nodes set in ``rows`` solved."""
     targets, e = field.axes.nodes(rows), start[rows]
     left, size = np.arange(len(targets)), np.full(len(targets), np.inf)
     for _ in range(STEPS):
+        before_step()
         x = targets[left] + e[left]
         error = e[left] + field.at(x)
         size[left] = np.linalg.norm(error, axis=1)

@@ -26,6 +26,7 @@ OUTCOME, HEADER = "outcome.npz", "outcome.json"
 ARRAYS = ("vertices_ct", "faces", "camera_position", "displacement_mm", "det_f", "volume_ct", "volume_scene")
 BY_STAGE = ("similarities", "surfaces", "distance_mm")
 GRIDS = ("forward", "inverse")
+GRID_ERRORS = ("error_mm", "error_outside_mm", "linear_error_mm")
 
 
 def save_outcome(outcome: CaseOutcome, folder: str | os.PathLike[str]) -> None:
@@ -91,14 +92,11 @@ def _check(outcome: CaseOutcome) -> None:
 
 
 def _grid_facts(grid: DisplacementGrid) -> dict[str, Any]:
-    names = ("origin", "spacing", "error_mm", "error_outside_mm")
-    return {name: getattr(grid, name) for name in names}
+    return {name: getattr(grid, name) for name in ("origin", "spacing", *GRID_ERRORS)}
 
 
 def _grid(facts: Mapping[str, Any], vectors: np.ndarray) -> DisplacementGrid:
     if vectors.ndim != 4 or vectors.shape[3] != 3:
         raise ValueError(f"grid vectors: shape {vectors.shape}, expected (K, J, I, 3)")
-    vector = {name: np.array(facts[name], dtype=np.float64).reshape(3) for name in ("origin", "spacing")}
-    return DisplacementGrid(
-        vectors=vectors, error_mm=dict(facts["error_mm"]), error_outside_mm=dict(facts["error_outside_mm"]), **vector
-    )
+    origin, spacing = (np.array(facts[name], dtype=np.float64).reshape(3) for name in ("origin", "spacing"))
+    return DisplacementGrid(origin, spacing, vectors, **{name: dict(facts[name]) for name in GRID_ERRORS})
