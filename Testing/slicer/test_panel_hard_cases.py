@@ -7,7 +7,9 @@ import pytest
 import slicer
 from outcome_example import outcome, segmentation_node, splat_node
 
+from organphys.ground.checks import InputError
 from OrganPhysRegistrationLib.choices import CameraChoice, UnitChoice
+from OrganPhysRegistrationLib.inputs.segment_input import segment_mask
 from OrganPhysRegistrationLib.inputs.splat_node import load_splat, mm_per_unit_of, scene_to_world
 from OrganPhysRegistrationLib.logic import OrganPhysRegistrationLogic
 from OrganPhysRegistrationLib.outputs.case_nodes import write_outcome
@@ -210,4 +212,18 @@ def test_another_copy_of_the_core_is_told_beside_the_button(host, module, nodes,
     monkeypatch.setattr(module.logic, "organphysInUse", lambda: stranger)
     module.widget.panel.refresh()
     assert "Another copy of organphys" in module.ui.reasonLabel.text
+    assert module.ui.applyButton.enabled
+
+
+def test_an_organ_mirrored_by_its_parent_transform_is_told(host, module, nodes):
+    mirror = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode", "mirror")
+    mirror.SetMatrixTransformToParent(slicer.util.vtkMatrixFromArray(np.diag([-1.0, 1, 1, 1])))
+    nodes["segmentation"].SetAndObserveTransformNodeID(mirror.GetID())
+    module.widget.panel.refresh()
+    assert not module.ui.applyButton.enabled
+    assert "mirrors or flattens" in module.ui.reasonLabel.text
+    with pytest.raises(InputError, match="mirrors"):
+        segment_mask(nodes["segmentation"], nodes["segmentID"])
+    mirror.SetMatrixTransformToParent(slicer.util.vtkMatrixFromArray(np.diag([-1.0, -1, 1, 1])))
+    module.widget.panel.refresh()
     assert module.ui.applyButton.enabled

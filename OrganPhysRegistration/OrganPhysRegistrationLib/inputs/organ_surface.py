@@ -8,7 +8,8 @@ import vtk
 
 from organphys.ground.checks import InputError
 
-from .segment_input import checked_segment, private_copy
+from .segment_checks import checked_segment
+from .segment_input import private_copy
 
 CLOSED_SURFACE = "Closed surface"
 

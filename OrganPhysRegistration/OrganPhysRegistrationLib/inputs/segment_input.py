@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 from organphys.ground.checks import Array, InputError
 
 from .label_image import LabelImage
-from .matrices import apply_matrix, array_of, world_from_node
+from .matrices import apply_matrix, array_of
+from .segment_checks import LABELMAP, checked_place, checked_segment
 
-LABELMAP = "Binary labelmap"
 MARGIN = 1  # empty voxels kept round the organ where the volume goes on
-
-_last: dict[str, Any] = {}  # the last label that was searched: the panel asks at every refresh
 
 
 @dataclass(frozen=True)
@@ -48,7 +46,7 @@ def segment_mask(segmentation_node: Any, segment_id: str | None) -> SegmentMask:
     if parent is not None and not parent.IsTransformToWorldLinear():
         labels, border = _warped(labels, parent), None
     else:
-        T_world_node = world_from_node(segmentation_node)
+        T_world_node = checked_place(segmentation_node)
     box = labels.box
     if box is None:
         raise InputError(f"segment {segment.GetName()}: it is empty; paint the organ or choose another segment")
@@ -59,42 +57,6 @@ def segment_mask(segmentation_node: Any, segment_id: str | None) -> SegmentMask:
     ijk_to_ras = T_world_node @ labels.T_node_ijk
     ijk_to_ras[:3, 3] = apply_matrix(ijk_to_ras, wide[:, 0])
     return SegmentMask(labels.mask(wide), ijk_to_ras, segment.GetName())
-
-
-def checked_segment(segmentation_node: Any, segment_id: str | None) -> Any:
-    """The vtkSegment, or InputError that says what to choose."""
-    if segmentation_node is None:
-        raise InputError("organ: no segmentation chosen; choose the segmentation of the CT or load a label map as one")
-    if not segmentation_node.IsA("vtkMRMLSegmentationNode"):
-        raise InputError(f"organ: {segmentation_node.GetName()} is no segmentation; choose one")
-    if not segment_id:
-        raise InputError("organ: no segment chosen; choose the organ's segment")
-    segmentation = segmentation_node.GetSegmentation()
-    segment = segmentation.GetSegment(segment_id) if segmentation is not None else None
-    if segment is None:
-        raise InputError(
-            f"organ: {segmentation_node.GetName()} has no segment {segment_id!r} (any more); choose the organ again"
-        )
-    return segment
-
-
-def is_empty(segmentation_node: Any, segment_id: str | None) -> bool:
-    """Whether there is no such segment or nothing is painted in it. Label maps are searched once after each change."""
-    if segmentation_node is None or not segment_id:
-        return True
-    content = segmentation_node.GetSegmentation()
-    segment = content.GetSegment(segment_id) if content is not None else None
-    if segment is None:
-        return True
-    image = segment.GetRepresentation(LABELMAP)
-    if image is None or content.GetSourceRepresentationName() != LABELMAP:
-        bounds = [0.0] * 6
-        segment.GetBounds(bounds)
-        return bounds[0] > bounds[1]
-    key = (image, image.GetMTime(), segment.GetLabelValue())
-    if _last.get("key") != key:
-        _last.update(key=key, empty=LabelImage(image, segment.GetLabelValue()).box is None)
-    return bool(_last["empty"])
 
 
 def private_copy(segmentation_node: Any, segment_id: str) -> Any:

@@ -8,7 +8,7 @@ import slicer
 from slicer.i18n import tr as _
 
 from ..inputs.landmark_input import landmark_messages, landmark_points, organ_surface, snap_to_surface
-from ..inputs.segment_input import is_empty
+from ..inputs.segment_checks import is_empty
 from .landmark_table import LandmarkTable
 from .message_box import show_message
 from .section import Section, guarded

@@ -8,7 +8,7 @@ from organphys.ground.checks import InputError
 
 from ..choices import UnitChoice
 from ..inputs.organ_surface import organ_surface
-from ..inputs.segment_input import is_empty
+from ..inputs.segment_checks import is_empty
 from ..inputs.splat_node import is_splat
 from ..inputs.splat_scale import forget_unit, guess_scale, mm_per_unit_of, set_scale
 from ..outputs.case_nodes import case_of

@@ -10,7 +10,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from organphys.ground.checks import InputError
 
 from ..inputs.roi_input import scene_box
-from ..inputs.segment_input import checked_segment, is_empty
+from ..inputs.segment_checks import checked_place, checked_segment, is_empty
 from ..inputs.splat_display import visible_gaussians
 from ..inputs.splat_node import checked_splat, is_splat
 from .run_inputs import RunInputs, inputs_from_parameters
@@ -50,6 +50,12 @@ def _organ_problems(segmentation: Any, segment_id: str) -> list[str]:
         segment = checked_segment(segmentation, segment_id)
     except InputError as error:
         return [str(error)]
+    parent = segmentation.GetParentTransformNode()
+    if parent is not None and parent.IsTransformToWorldLinear():
+        try:
+            checked_place(segmentation)
+        except InputError as error:
+            return [str(error)]
     if is_empty(segmentation, segment_id):
         return [f"segment {segment.GetName()}: it is empty; paint the organ or choose another segment"]
     return []

@@ -6,7 +6,7 @@ from typing import Any
 
 import slicer
 
-from ..inputs.segment_input import checked_segment
+from ..inputs.segment_checks import checked_segment
 
 
 def copy_segment(segmentation_node: Any, segment_id: str) -> Any:
