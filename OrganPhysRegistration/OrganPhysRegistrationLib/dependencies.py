@@ -15,6 +15,7 @@ import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import slicer
 
@@ -101,15 +102,17 @@ def _install(missing: tuple[Package, ...]) -> None:
 
 
 def _pip(missing: tuple[Package, ...]) -> None:
-    """pip through Slicer: ``slicer.packaging`` from 5.12 on, ``slicer.util.pip_install`` before."""
+    """pip through Slicer: its package management from 5.12 on, ``slicer.util.pip_install`` before."""
     requirements = [package.requirement for package in missing]
     with tempfile.TemporaryDirectory(prefix="organphys_") as folder:
         constraints = Path(folder) / "constraints.txt"
         constraints.write_text("".join(f"{line}\n" for line in _pins()), encoding="utf-8")
-        packaging = _slicer_packaging()
-        if hasattr(packaging, "pip_ensure"):
-            packaging.pip_ensure(
-                requirements,
+        manager = _package_manager()
+        if hasattr(manager, "pip_ensure"):
+            from packaging.requirements import Requirement  # part of every Slicer that has pip_ensure
+
+            manager.pip_ensure(
+                [Requirement(requirement) for requirement in requirements],
                 constraints=str(constraints),
                 prompt_install=False,  # asked already
                 requester=REQUESTER,
@@ -131,11 +134,14 @@ def _pins() -> list[str]:
     return pins
 
 
-def _slicer_packaging() -> object | None:
-    try:
-        return importlib.import_module("slicer.packaging")
-    except ImportError:
-        return None  # Slicer 5.10
+def _package_manager() -> Any:
+    """Slicer's module with ``pip_ensure``; None in Slicer 5.10."""
+    for name in ("slicer.packaging", "slicer.pydeps"):  # the second is its later name
+        try:
+            return importlib.import_module(name)
+        except ImportError:
+            continue
+    return None
 
 
 def _ensure_torch() -> None:

@@ -50,7 +50,7 @@ def pip(monkeypatch: pytest.MonkeyPatch, absent: set[str]) -> list[list[str]]:
         absent.clear()
 
     monkeypatch.setattr(slicer.util, "pip_install", install)
-    monkeypatch.setattr(dependencies, "_slicer_packaging", lambda: None)
+    monkeypatch.setattr(dependencies, "_package_manager", lambda: None)
     return calls
 
 
@@ -93,11 +93,12 @@ def test_slicer_5_12_installs_through_its_own_packaging(
 ) -> None:
     calls: list[dict[str, Any]] = []
 
-    def pip_ensure(requirements: list[str], **options: Any) -> None:
-        calls.append({"requirements": requirements, **options})
+    def pip_ensure(requirements: list[Any], **options: Any) -> None:
+        wanted = [f"{one.name}{one.specifier}" for one in requirements if one.marker is None]  # as Slicer reads them
+        calls.append({"requirements": wanted, **options})
         absent.clear()
 
-    monkeypatch.setattr(dependencies, "_slicer_packaging", lambda: types.SimpleNamespace(pip_ensure=pip_ensure))
+    monkeypatch.setattr(dependencies, "_package_manager", lambda: types.SimpleNamespace(pip_ensure=pip_ensure))
     absent.add("threadpoolctl")
     ensure_packages()
     assert calls[0]["requirements"] == ["threadpoolctl>=3.2"]
@@ -121,7 +122,7 @@ def test_offline_says_what_to_do(
         raise error
 
     monkeypatch.setattr(slicer.util, "pip_install", fail)
-    monkeypatch.setattr(dependencies, "_slicer_packaging", lambda: None)
+    monkeypatch.setattr(dependencies, "_package_manager", lambda: None)
     absent.add("plyfile")
     with pytest.raises(DependencyError, match="check the internet connection"):
         ensure_packages()
@@ -131,7 +132,7 @@ def test_installed_but_not_found_asks_for_a_restart(
     absent: set[str], questions: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(slicer.util, "pip_install", lambda requirements: None)
-    monkeypatch.setattr(dependencies, "_slicer_packaging", lambda: None)
+    monkeypatch.setattr(dependencies, "_package_manager", lambda: None)
     absent.add("plyfile")
     with pytest.raises(DependencyError, match="restart Slicer"):
         ensure_packages()
