@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import slicer
@@ -13,10 +15,13 @@ from OrganPhysRegistrationLib.inputs.segment_input import segment_mask
 from OrganPhysRegistrationLib.inputs.splat_node import load_splat, mm_per_unit_of, scene_to_world
 from OrganPhysRegistrationLib.logic import OrganPhysRegistrationLogic
 from OrganPhysRegistrationLib.outputs.case_nodes import write_outcome
+from OrganPhysRegistrationLib.outputs.case_record import CaseNodes
 from OrganPhysRegistrationLib.outputs.follow_splat import follow_splat
-from OrganPhysRegistrationLib.outputs.geometry import points_of
+from OrganPhysRegistrationLib.outputs.geometry import points_of, to_parent
 from OrganPhysRegistrationLib.outputs.overlay_frame import T_overlay_ct
 from OrganPhysRegistrationLib.runs.core_in_use import CoreInUse
+from OrganPhysRegistrationLib.runs.result_nodes import write_case
+from OrganPhysRegistrationLib.runs.run_inputs import RunInputs
 
 
 @pytest.fixture(autouse=True)
@@ -227,3 +232,36 @@ def test_an_organ_mirrored_by_its_parent_transform_is_told(host, module, nodes):
     mirror.SetMatrixTransformToParent(slicer.util.vtkMatrixFromArray(np.diag([-1.0, -1, 1, 1])))
     module.widget.panel.refresh()
     assert module.ui.applyButton.enabled
+
+
+@pytest.fixture
+def second(host, module, nodes, case):
+    """A second organ on the same splat, registered to another pose; the panel shows it."""
+    segment_id = nodes["segmentation"].GetSegmentation().AddEmptySegment("", "second")
+    moved = outcome()
+    shift = np.eye(4)
+    shift[:3, 3] = (0.3, 0, 0)
+    moved = replace(moved, similarities={stage: shift @ T for stage, T in moved.similarities.items()})
+    inputs = RunInputs(nodes["segmentation"], segment_id, nodes["splat"])
+    written = write_case(moved, inputs)
+    module.logic._runs.remember(written.case, written.undo)
+    module.widget.panel.choose({"segmentID": segment_id})
+    host.process()
+    return written.case
+
+
+def test_undo_of_another_organs_run_keeps_the_shown_result(host, module, parameters, nodes, case, second):
+    parameters.segmentID = nodes["segmentID"]
+    host.process()
+    module.ui.undoButton.click()
+    host.process()
+    assert CaseNodes.all() == [case]
+    assert module.widget.panel.case() == case and module.ui.stageElasticButton.enabled
+
+
+def test_the_organ_that_is_chosen_lies_in_the_ct(host, module, parameters, nodes, case, second):
+    module.ui.overlayCtButton.click()
+    parameters.segmentID = nodes["segmentID"]
+    host.process()
+    T_world_overlay = to_parent(case.node("overlay_frame"))
+    np.testing.assert_allclose(T_world_overlay @ T_overlay_ct(case), np.eye(4), atol=1e-6)

@@ -13,7 +13,7 @@ from slicer.util import NodeModify, VTKObservationMixin
 from ..choices import OverlayIn, Stage
 from ..inputs.splat_removal import SplatRemoval
 from ..outputs.case_nodes import CaseNodes, case_of
-from ..outputs.overlay_frame import overlay_in
+from ..outputs.overlay_frame import overlay_in, set_overlay
 from ..outputs.stage_switch import shown_stage
 from ..parameters import OrganPhysRegistrationParameterNode
 from .message_box import show_message
@@ -104,6 +104,15 @@ class Panel(VTKObservationMixin):
             shown, where = Stage(shown_stage(case)), OverlayIn(overlay_in(case))
             self.choose({"caseID": case.case_id, "shownStage": shown, "overlayIn": where})
 
+    def adopt_chosen(self) -> CaseNodes | None:
+        """Show the results of the chosen organ on the chosen splat, if there are any; that case."""
+        chosen = self.parameters
+        case = case_of(chosen.segmentation, chosen.segmentID, chosen.splat) if chosen.splat is not None else None
+        self.adopt(case)
+        if case is not None and overlay_in(case) == OverlayIn.CT.value:
+            set_overlay(case, OverlayIn.CT.value)  # another organ on the same splat may lie there now
+        return case
+
     def _refresh_section(self, section: Section) -> None:
         """One that fails leaves the others alive."""
         try:
@@ -118,9 +127,7 @@ class Panel(VTKObservationMixin):
         if organ == self._organ or not all(organ):
             return
         self._organ = organ
-        case = case_of(*organ)
-        self.adopt(case)
-        self.tell_warnings(case)
+        self.tell_warnings(self.adopt_chosen())
 
     def cleanup(self) -> None:
         """Let go of everything that is observed."""

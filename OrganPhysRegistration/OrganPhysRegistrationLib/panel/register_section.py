@@ -88,7 +88,8 @@ class RegisterSection(Section):
     @guarded
     def undo(self) -> None:
         """Take the last run back."""
-        self.panel.adopt(self.panel.logic.undo())
+        self.panel.logic.undo()
+        self.panel.adopt_chosen()  # the run may have been another organ's
         self.panel.tell(_("The last run was taken back."))
         self.panel.refresh()
 
