@@ -136,12 +136,9 @@ def _pins() -> list[str]:
 
 def _package_manager() -> Any:
     """Slicer's module with ``pip_ensure``; None in Slicer 5.10."""
-    for name in ("slicer.packaging", "slicer.pydeps"):  # the second is its later name
-        try:
-            return importlib.import_module(name)
-        except ImportError:
-            continue
-    return None
+    known = ("slicer.packaging", "slicer.pydeps")  # the second is its later name
+    found = [name for name in known if importlib.util.find_spec(name) is not None]
+    return importlib.import_module(found[0]) if found else None
 
 
 def _ensure_torch() -> None:

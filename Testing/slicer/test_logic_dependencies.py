@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.machinery
 import importlib.metadata
 import subprocess
 import sys
@@ -171,3 +172,12 @@ def test_torch_is_installed_by_the_pytorch_extension(
     else:
         ensure_packages(weights="learned")
     assert calls == [{"askConfirmation": True, "torchVersionRequirement": ">=2.4"}]
+
+
+@pytest.mark.parametrize("name", ["slicer.packaging", "slicer.pydeps"])
+def test_the_package_manager_is_found_under_both_names(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    assert dependencies._package_manager() is None  # as in Slicer 5.10
+    manager = types.ModuleType(name)
+    manager.__spec__ = importlib.machinery.ModuleSpec(name, None)
+    monkeypatch.setitem(sys.modules, name, manager)
+    assert dependencies._package_manager() is manager
