@@ -265,3 +265,9 @@ def test_the_organ_that_is_chosen_lies_in_the_ct(host, module, parameters, nodes
     host.process()
     T_world_overlay = to_parent(case.node("overlay_frame"))
     np.testing.assert_allclose(T_world_overlay @ T_overlay_ct(case), np.eye(4), atol=1e-6)
+
+
+def test_nothing_hangs_before_the_organ_in_the_endoscope_view(host, module, nodes):
+    module.ui.endoscopeViewButton.click()
+    view = slicer.app.layoutManager().threeDWidget(0).mrmlViewNode()
+    assert not view.GetBoxVisible() and not view.GetAxisLabelsVisible()

@@ -116,6 +116,16 @@ def test_an_input_deleted_during_a_run_is_told(host, module, nodes, run_to, scen
     assert host.record.dialogs == []
 
 
+def test_a_segment_removed_during_a_run_is_told(host, module, nodes, run_to, scene_contents):
+    before = scene_contents()
+    run_to(30)
+    nodes["segmentation"].GetSegmentation().RemoveSegment(nodes["segmentID"])
+    run_to()
+    assert "segment was removed" in module.ui.messageLabel.text
+    assert scene_contents() == before
+    assert module.widget.panel.case() is None
+
+
 def test_a_scene_closed_during_a_run_leaves_nothing(host, module, nodes, run_to, scene_contents):
     run_to(20)
     slicer.mrmlScene.Clear(0)

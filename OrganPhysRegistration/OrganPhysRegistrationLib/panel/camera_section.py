@@ -63,7 +63,10 @@ class CameraSection(Section):
         position = None
         if parameters.cameraChoice is CameraChoice.FromView:
             position = camera_position_of(parameters.cameraPosition)
-        look_from_endoscope(parameters.splat, self._view_node(), position=position, fov_deg=parameters.cameraFovDeg)
+        view = self._view_node()
+        view.SetBoxVisible(False)  # seen from within, box and letters hang before the organ
+        view.SetAxisLabelsVisible(False)
+        look_from_endoscope(parameters.splat, view, position=position, fov_deg=parameters.cameraFovDeg)
 
     @guarded
     def show_layout(self) -> None:

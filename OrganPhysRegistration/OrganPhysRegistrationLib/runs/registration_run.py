@@ -62,7 +62,13 @@ class RegistrationRun:
             on_failed=self._child_failed,
         )
         self._live = LiveView(inputs)
-        self._watch = SceneWatch(inputs.nodes, on_removed=self._node_removed, on_closing=self._scene_closing)
+        self._watch = SceneWatch(
+            inputs.nodes,
+            segmentation=inputs.segmentation,
+            segment_id=inputs.segment_id,
+            on_removed=self._node_removed,
+            on_closing=self._scene_closing,
+        )
         self._begin(save_case_steps(inputs, session.process.start()), self._prepared)
 
     @property

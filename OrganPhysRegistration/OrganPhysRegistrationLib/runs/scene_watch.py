@@ -1,4 +1,4 @@
-"""Tells a run when its nodes leave the scene or the scene is closed."""
+"""Tells a run when its nodes leave the scene, its segment leaves the segmentation, or the scene is closed."""
 
 from __future__ import annotations
 
@@ -13,13 +13,16 @@ class SceneWatch:
     """Observes the scene until ``remove``.
 
     ``nodes``: what a user calls it -> node, None ones are left out; ``on_removed``: called with that name after the
-    node has left the scene; ``on_closing``: called before the scene is emptied.
+    node has left the scene, or with "segment" once the segmentation has lost ``segment_id``; ``on_closing``: called
+    before the scene is emptied.
     """
 
     def __init__(
         self,
         nodes: Mapping[str, Any],
         *,
+        segmentation: Any,
+        segment_id: str,
         on_removed: Callable[[str], None],
         on_closing: Callable[[], None],
     ) -> None:
@@ -34,13 +37,18 @@ class SceneWatch:
         def closing(caller: Any, event: str) -> None:
             on_closing()
 
+        def segment_removed(caller: Any, event: str) -> None:
+            if segmentation.GetSegmentation().GetSegment(segment_id) is None and not scene.IsClosing():
+                on_removed("segment")
+
         self._tags = [
-            scene.AddObserver(slicer.vtkMRMLScene.NodeRemovedEvent, removed),
-            scene.AddObserver(slicer.vtkMRMLScene.StartCloseEvent, closing),
+            (scene, scene.AddObserver(slicer.vtkMRMLScene.NodeRemovedEvent, removed)),
+            (scene, scene.AddObserver(slicer.vtkMRMLScene.StartCloseEvent, closing)),
+            (segmentation, segmentation.AddObserver(slicer.vtkSegmentation.SegmentRemoved, segment_removed)),
         ]
 
     def remove(self) -> None:
         """Observe no longer."""
-        for tag in self._tags:
-            slicer.mrmlScene.RemoveObserver(tag)
+        for observed, tag in self._tags:
+            observed.RemoveObserver(tag)
         self._tags = []
