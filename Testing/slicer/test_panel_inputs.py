@@ -47,7 +47,7 @@ def test_an_empty_panel_says_what_to_do_first(module, screenshot):
 
 def test_no_text_is_cut_off_at_420_pixels(host, module, parameters, loaded, screenshot):
     parameters.unitChoice, parameters.cameraChoice = UnitChoice.Custom, CameraChoice.FromView
-    parameters.mmPerUnit, parameters.unitPercent = 123.456, 12.5
+    parameters.mmPerUnit, parameters.unitPercent = 123.456, 100.0
     loaded["landmarks"].SetNthControlPointPositionWorld(0, 900, 0, 0)
     host.process()
     for name in ("inputs", "display", "register", "result", "advanced"):
@@ -60,7 +60,10 @@ def test_no_text_is_cut_off_at_420_pixels(host, module, parameters, loaded, scre
 
 
 def text_is_cut(widget):
-    """Whether a visible label or button is narrower, or a wrapped label lower, than its text."""
+    """Whether a visible label, button or number field is narrower, or a wrapped label lower, than its text."""
+    if isinstance(widget, qt.QAbstractSpinBox) and widget.visible:
+        field = widget.findChild(qt.QLineEdit)
+        return field.width < field.fontMetrics().horizontalAdvance(field.text) + 2
     if not isinstance(widget, (qt.QLabel, qt.QPushButton, qt.QToolButton, qt.QCheckBox)) or not widget.visible:
         return False
     if isinstance(widget, qt.QLabel) and widget.wordWrap:
