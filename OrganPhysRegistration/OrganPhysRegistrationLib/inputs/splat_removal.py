@@ -31,7 +31,7 @@ class SplatRemoval:
 
     def _remove_unused(self) -> None:
         """Remove the "scene to world" transforms under which nothing stands any more."""
-        nodes = [self._scene.GetNthNode(k) for k in range(self._scene.GetNumberOfNodes())]
+        nodes = list(self._scene.GetNodes())
         in_use = {node.GetTransformNodeID() for node in nodes if node.IsA("vtkMRMLTransformableNode")}
         for node in nodes:
             if node.GetAttribute(ROLE) == SCENE_TO_WORLD and node.GetID() not in in_use:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import slicer
@@ -27,6 +26,7 @@ class CaseNodes:
 
     case_id: str
     scene: Any
+    _ids: dict[str, str] = field(default_factory=dict, repr=False, compare=False)  # of roles found: a scene may be long
 
     @classmethod
     def all(cls, scene: Any = None) -> list[CaseNodes]:
@@ -43,10 +43,14 @@ class CaseNodes:
 
     def get(self, role: str) -> Any:
         """The node with this role, or None. Cases on one splat share the frame that holds it."""
+        known = self.scene.GetNodeByID(self._ids[role]) if role in self._ids else None
+        if known is not None and known.GetAttribute(CASE) == self.case_id and known.GetAttribute(ROLE) == role:
+            return known
         for node in self.nodes():
+            self._ids[node.GetAttribute(ROLE)] = node.GetID()
             if node.GetAttribute(ROLE) == role:
                 return node
-        record = self._record_node() if role == "overlay_frame" else None
+        record = self.get("case") if role == "overlay_frame" else None
         return record.GetNodeReference(role) if record is not None else None
 
     def node(self, role: str) -> Any:
@@ -103,12 +107,9 @@ class CaseNodes:
         roles = self.roles()
         return [stage for stage in STAGES if f"surface_{stage}" in roles]
 
-    def _record_node(self) -> Any:
-        return next((node for node in self.nodes() if node.GetAttribute(ROLE) == "case"), None)
 
-
-def _scene_nodes(scene: Any) -> Iterable[Any]:
-    return (scene.GetNthNode(i) for i in range(scene.GetNumberOfNodes()))
+def _scene_nodes(scene: Any) -> list[Any]:
+    return list(scene.GetNodes())  # by index every access would walk the list from its start
 
 
 def _with_role(scene: Any, role: str) -> list[Any]:

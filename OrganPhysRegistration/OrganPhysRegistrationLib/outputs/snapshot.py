@@ -86,4 +86,4 @@ def _scale_attributes(splat: Any) -> dict[str, str]:
 
 
 def _nodes(scene: Any) -> list[Any]:
-    return [scene.GetNthNode(k) for k in range(scene.GetNumberOfNodes())]
+    return list(scene.GetNodes())
