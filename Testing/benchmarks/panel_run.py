@@ -50,8 +50,6 @@ def measure(host: object, module: object, folder: Path, runs: int) -> None:
         host.process()
         times = ", ".join(f"{name} after {seconds:.1f} s" for name, seconds in marks.items())
         print(f"{folder.name:16s} run {run + 1}: {times}, longest block {1000 * meter.longest:.0f} ms", flush=True)
-        if meter.longest > 0.2:
-            print(meter.blocked_at)
 
 
 def main() -> None:

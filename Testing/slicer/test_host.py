@@ -59,7 +59,7 @@ def test_a_timer_that_sleeps_lends_the_interpreter_to_threads(host, counter):
     assert lent > 2 * starved
 
 
-def test_latency_meter_sees_a_blocked_loop_and_where(host):
+def test_latency_meter_sees_a_blocked_loop(host):
     def block_the_loop():
         time.sleep(0.3)
 
@@ -68,7 +68,6 @@ def test_latency_meter_sees_a_blocked_loop_and_where(host):
         host.wait(0.5)
     assert meter.longest >= 0.3
     assert meter.turns > 10
-    assert "block_the_loop" in meter.blocked_at
 
 
 def test_latency_meter_forgives_what_other_processes_take(host):
@@ -92,10 +91,10 @@ def test_latency_meter_forgives_what_other_processes_take(host):
     assert meter.longest < 0.1
 
 
-def test_latency_meter_of_a_free_loop_blames_nobody(host):
-    with host.latency_meter(trace_after=5) as meter:
+def test_latency_meter_counts_the_turns_of_a_free_loop(host):
+    with host.latency_meter() as meter:
         host.wait(0.2)
-    assert meter.turns > 10 and meter.blocked_at == ""
+    assert meter.turns > 10
 
 
 def test_exceptions_of_callbacks_are_recorded(host):

@@ -1,9 +1,7 @@
-"""How long the event loop was blocked, and where."""
+"""How long the event loop was blocked."""
 
 from __future__ import annotations
 
-import faulthandler
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,16 +19,14 @@ class LatencyMeter:
 
     Time in which the thread could have run but other processes had the processors does not count: it says how busy the
     machine is, not how long the program keeps its user waiting.
-    ``blocked_at``: tracebacks of the main thread, taken where it had blocked the loop for ``trace_after`` seconds.
     """
 
     longest: float = 0.0
     turns: int = 0
-    blocked_at: str = ""
 
 
 @contextmanager
-def latency_meter(trace_after: float = 0.15) -> Iterator[LatencyMeter]:
+def latency_meter() -> Iterator[LatencyMeter]:
     """Measure within a block, while the event loop runs (``wait``, ``wait_until``): a 5 ms timer marks its turns."""
     meter, timer = LatencyMeter(), QtCore.QTimer()
     last = _own_time()
@@ -39,20 +35,15 @@ def latency_meter(trace_after: float = 0.15) -> Iterator[LatencyMeter]:
         nonlocal last
         now = _own_time()
         meter.longest, meter.turns, last = max(meter.longest, now - last), meter.turns + 1, now
-        faulthandler.dump_traceback_later(trace_after, file=traces)  # a C thread: it needs no GIL to look
 
     timer.setTimerType(QtCore.Qt.TimerType.PreciseTimer)
     timer.timeout.connect(tick)
-    with tempfile.TemporaryFile("w+") as traces:
-        timer.start(TICK_MS)
-        try:
-            yield meter
-            tick()
-        finally:
-            timer.stop()
-            faulthandler.cancel_dump_traceback_later()
-            traces.seek(0)
-            meter.blocked_at = traces.read()
+    timer.start(TICK_MS)
+    try:
+        yield meter
+        tick()
+    finally:
+        timer.stop()
 
 
 def _own_time() -> float:
