@@ -7,9 +7,9 @@ import pytest
 import slicer
 from outcome_example import organ, outcome, segmentation_node, splat_node
 
-from OrganPhysRegistrationLib.inputs.matrices import matrix_of
+from OrganPhysRegistrationLib.inputs.matrices import apply_matrix, matrix_of, scale_of
 from OrganPhysRegistrationLib.outputs.case_nodes import write_outcome
-from OrganPhysRegistrationLib.outputs.geometry import mapped, points_of, scale_of
+from OrganPhysRegistrationLib.outputs.geometry import points_of
 from OrganPhysRegistrationLib.outputs.live_overlay import LiveOverlay
 from OrganPhysRegistrationLib.outputs.pose_adjustment import PoseAdjustment
 from OrganPhysRegistrationLib.outputs.stage_switch import show_stage
@@ -79,8 +79,8 @@ def test_adjusted_pose_is_where_the_surface_was_put(case, scene_contents):
     moved[:3, 3] = [5, -3, 2]
     node.SetMatrixTransformToParent(matrix_of(moved))
     matrix = np.array(case.record["T_overlay_scene"])
-    at = mapped(moved, points_of(case.node("surface_rigid").GetPolyData()))
-    assert np.abs(mapped(matrix @ adjustment.T_scene_ct(), organ().vertices) - at).max() < 1e-3
+    at = apply_matrix(moved, points_of(case.node("surface_rigid").GetPolyData()))
+    assert np.abs(apply_matrix(matrix @ adjustment.T_scene_ct(), organ().vertices) - at).max() < 1e-3
     adjustment.stop()
     assert case.node("surface_rigid").GetParentTransformNode() is frame
     assert scene_contents() == before
@@ -96,7 +96,7 @@ def test_uneven_scaling_is_made_even_about_the_organ(case):
     node.SetMatrixTransformToParent(matrix_of(stretched))
     kept = slicer.util.arrayFromTransformMatrix(node)
     assert np.allclose(kept[:3, :3], 1.1 * np.eye(3))
-    assert np.allclose(mapped(kept, centre[None])[0], centre)
+    assert np.allclose(apply_matrix(kept, centre[None])[0], centre)
     assert scale_of(adjustment.T_scene_ct()) == pytest.approx(1.1 * scale_of(outcome().similarities["coarse"]))
     adjustment.stop()
 

@@ -11,13 +11,14 @@ from outcome_example import outcome, segmentation_node, splat_node
 
 from organphys.ground.checks import InputError
 from OrganPhysRegistrationLib.choices import CameraChoice, UnitChoice
+from OrganPhysRegistrationLib.inputs.matrices import to_parent
 from OrganPhysRegistrationLib.inputs.segment_input import segment_mask
 from OrganPhysRegistrationLib.inputs.splat_node import load_splat, mm_per_unit_of, scene_to_world
 from OrganPhysRegistrationLib.logic import OrganPhysRegistrationLogic
 from OrganPhysRegistrationLib.outputs.case_nodes import write_outcome
 from OrganPhysRegistrationLib.outputs.case_record import CaseNodes
 from OrganPhysRegistrationLib.outputs.follow_splat import follow_splat
-from OrganPhysRegistrationLib.outputs.geometry import points_of, to_parent
+from OrganPhysRegistrationLib.outputs.geometry import points_of
 from OrganPhysRegistrationLib.outputs.overlay_frame import T_overlay_ct
 from OrganPhysRegistrationLib.runs.core_in_use import CoreInUse
 from OrganPhysRegistrationLib.runs.result_nodes import write_case

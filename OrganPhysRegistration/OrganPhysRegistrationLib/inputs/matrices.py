@@ -25,6 +25,18 @@ def matrix_of(array: Array) -> vtk.vtkMatrix4x4:
     return matrix
 
 
+def to_parent(node: Any) -> Array:
+    """Matrix (4, 4) of a linear transform node."""
+    matrix = vtk.vtkMatrix4x4()
+    node.GetMatrixTransformToParent(matrix)
+    return array_of(matrix)
+
+
+def scale_of(matrix: Array) -> float:
+    """Length ratio of a similarity (4, 4)."""
+    return float(np.cbrt(np.linalg.det(np.asarray(matrix, dtype=np.float64)[:3, :3])))
+
+
 def apply_matrix(T_target_source: Array, points: Array) -> Array:
     """Points (N, 3) or (3,) mapped by a homogeneous matrix (4, 4)."""
     mapped: Array = np.asarray(points, dtype=np.float64) @ T_target_source[:3, :3].T + T_target_source[:3, 3]
@@ -44,8 +56,6 @@ def world_from_node(node: Any, *, without_overlay: bool = False) -> Array:
                     f"{node.GetName()}: its parent transform {parent.GetName()} is not linear; "
                     "take the node out of it, or harden it there first"
                 )
-            step = vtk.vtkMatrix4x4()
-            parent.GetMatrixTransformToParent(step)
-            T_world_node = array_of(step) @ T_world_node
+            T_world_node = to_parent(parent) @ T_world_node
         parent = parent.GetParentTransformNode()
     return T_world_node

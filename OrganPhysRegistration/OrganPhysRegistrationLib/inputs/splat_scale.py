@@ -11,7 +11,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from organphys.ground.checks import Array, InputError, as_positive, one_of
 
-from .matrices import ROLE, array_of, matrix_of, world_from_node
+from .matrices import ROLE, matrix_of, scale_of, to_parent, world_from_node
 
 SCENE_TO_WORLD = "scene_to_world"
 KINDS = ("stated", "registered", "guess")
@@ -45,15 +45,13 @@ def set_scale(splat_node: Any, mm_per_unit: float, kind: str = "stated", *, perc
     mm_per_unit = as_positive(mm_per_unit, "mm per scene unit")
     one_of(kind, "kind of scale", KINDS)
     transform = scene_to_world(splat_node)
-    matrix = vtk.vtkMatrix4x4()
-    transform.GetMatrixTransformToParent(matrix)
-    current = array_of(matrix)
-    now = np.cbrt(np.linalg.det(current[:3, :3]))
+    before = to_parent(transform)
+    current, now = before.copy(), scale_of(before)
     if not np.isfinite(now) or now <= 0:
         raise InputError(f"{transform.GetName()}: it mirrors or flattens the splat; reset its matrix")
     turned = current[:3, :3] / now
     current[:3, :3] = mm_per_unit * (UPRIGHT if np.allclose(turned, UPRIGHT, atol=1e-9) else turned)
-    if not np.array_equal(current, array_of(matrix)):
+    if not np.array_equal(current, before):
         transform.SetMatrixTransformToParent(matrix_of(current))
     splat_node.SetAttribute("OrganPhys.MmPerUnit", repr(float(mm_per_unit)))
     splat_node.SetAttribute("OrganPhys.MmPerUnitKind", kind)

@@ -14,7 +14,7 @@ from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from organphys.ground.atomic_file import atomic_path, write_bytes
 from organphys.ground.checks import InputError, one_of
 
-from ..inputs.matrices import matrix_of
+from ..inputs.matrices import array_of, matrix_of
 from .case_record import CaseNodes
 from .geometry import Array
 from .grid_transforms import grid_in, like_grid
@@ -101,7 +101,7 @@ def _nodes_of(image: Any, turn: Any) -> Array:
     z, y, x = np.meshgrid(k, j, i, indexing="ij")
     offsets = np.stack([x, y, z], axis=-1).reshape(-1, 3)
     if turn is not None:
-        offsets = offsets @ np.array(turn.GetData()).reshape(4, 4)[:3, :3].T
+        offsets = offsets @ array_of(turn)[:3, :3].T
     return np.ascontiguousarray(offsets + image.GetOrigin())
 
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import slicer
 
 from organphys.ground.checks import InputError
 
-CASE, ROLE = "OrganPhys.Case", "OrganPhys.Role"
+from ..inputs.matrices import ROLE
+
+CASE = "OrganPhys.Case"
 RECORD = "OrganPhys.Record"
 STAGES = ("before", "coarse", "rigid", "elastic")
 SURFACES = tuple(f"surface_{stage}" for stage in STAGES)
@@ -26,7 +28,6 @@ class CaseNodes:
 
     case_id: str
     scene: Any
-    _ids: dict[str, str] = field(default_factory=dict, repr=False, compare=False)  # of roles found: a scene may be long
 
     @classmethod
     def all(cls, scene: Any = None) -> list[CaseNodes]:
@@ -43,11 +44,7 @@ class CaseNodes:
 
     def get(self, role: str) -> Any:
         """The node with this role, or None. Cases on one splat share the frame that holds it."""
-        known = self.scene.GetNodeByID(self._ids[role]) if role in self._ids else None
-        if known is not None and known.GetAttribute(CASE) == self.case_id and known.GetAttribute(ROLE) == role:
-            return known
         for node in self.nodes():
-            self._ids[node.GetAttribute(ROLE)] = node.GetID()
             if node.GetAttribute(ROLE) == role:
                 return node
         record = self.get("case") if role == "overlay_frame" else None

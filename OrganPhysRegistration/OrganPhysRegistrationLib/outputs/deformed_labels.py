@@ -13,8 +13,8 @@ import vtk
 from numpy.typing import NDArray
 from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
-from ..inputs.matrices import array_of
-from .geometry import Array, mapped
+from ..inputs.matrices import apply_matrix, array_of
+from .geometry import Array
 
 LABELS, SURFACE = "Binary labelmap", "Closed surface"
 REACH = (
@@ -80,7 +80,7 @@ def _neighbourhood(voxels: NDArray[np.int64], shape: Any) -> NDArray[np.bool_]:
 def _through(transform: Any, voxels: Any, T_world_image: Array) -> Array:
     """Voxel indices (N, 3), real numbers, of voxel indices (N, 3) after the transform."""
     source, target = vtk.vtkPoints(), vtk.vtkPoints()
-    source.SetData(numpy_to_vtk(np.ascontiguousarray(mapped(T_world_image, voxels)), deep=True))
+    source.SetData(numpy_to_vtk(np.ascontiguousarray(apply_matrix(T_world_image, voxels)), deep=True))
     target.SetDataTypeToDouble()
     transform.TransformPoints(source, target)
-    return mapped(np.linalg.inv(T_world_image), vtk_to_numpy(target.GetData()))
+    return apply_matrix(np.linalg.inv(T_world_image), vtk_to_numpy(target.GetData()))

@@ -9,25 +9,9 @@ import vtk
 from numpy.typing import NDArray
 from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
-Array = NDArray[np.float64]
+from organphys.ground.checks import Array
 
-
-def to_parent(node: Any) -> Array:
-    """Matrix (4, 4) of a linear transform node."""
-    matrix = vtk.vtkMatrix4x4()
-    node.GetMatrixTransformToParent(matrix)
-    return np.array(matrix.GetData()).reshape(4, 4)
-
-
-def mapped(matrix: Any, points: Any) -> Array:
-    """Points (N, 3) through a (4, 4) affine."""
-    m = np.asarray(matrix, dtype=np.float64)
-    return np.asarray(points, dtype=np.float64) @ m[:3, :3].T + m[:3, 3]
-
-
-def scale_of(matrix: Any) -> float:
-    """Length ratio of a similarity (4, 4)."""
-    return float(np.cbrt(np.linalg.det(np.asarray(matrix, dtype=np.float64)[:3, :3])))
+from ..inputs.matrices import scale_of
 
 
 def similarity_of(matrix: Any, centre: Any) -> Array:

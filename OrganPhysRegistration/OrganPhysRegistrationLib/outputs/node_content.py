@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..inputs.matrices import matrix_of
+from ..inputs.matrices import matrix_of, to_parent
 from .case_record import CaseNodes
-from .geometry import to_parent
 from .node_factory import add_to_folder, followers
 
 REFERENCES = ("segmentation", "splat", "overlay_frame")

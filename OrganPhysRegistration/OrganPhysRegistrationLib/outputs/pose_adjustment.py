@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import slicer
 
-from ..inputs.matrices import matrix_of
+from ..inputs.matrices import matrix_of, to_parent
 from .case_record import CaseNodes
-from .geometry import Array, points_of, similarity_of, to_parent
+from .geometry import Array, points_of, similarity_of
 from .node_factory import remove
 from .overlay_frame import T_overlay_ct
 from .stage_switch import shown_stage

@@ -11,10 +11,11 @@ from vtk.util.numpy_support import vtk_to_numpy
 
 from organphys.ground.notices import Notice
 
+from ..inputs.matrices import apply_matrix
 from ..inputs.splat_node import splat_arrays
 from .case_record import CaseNodes
 from .charts import ALPHA, DRIFT, TO_CT
-from .geometry import Array, mapped, points_of
+from .geometry import Array, points_of
 from .surface_nodes import DISTANCE
 from .volume_node import asset_of
 
@@ -65,7 +66,7 @@ def _content(case: CaseNodes) -> Any:
 
 def _scene_vertices(case: CaseNodes, stage: str) -> Array:
     T_scene_overlay = np.linalg.inv(np.array(case.record["T_overlay_scene"]))
-    return mapped(T_scene_overlay, points_of(case.node(f"surface_{stage}").GetPolyData()))
+    return apply_matrix(T_scene_overlay, points_of(case.node(f"surface_{stage}").GetPolyData()))
 
 
 def _steps(case: CaseNodes) -> list[Any]:

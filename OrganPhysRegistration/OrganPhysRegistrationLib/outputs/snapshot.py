@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ..inputs.matrices import matrix_of
+from ..inputs.matrices import matrix_of, to_parent
 from ..inputs.splat_scale import scene_to_world
 from .case_folder import remove_folders
 from .case_record import CASE, ROLE, CaseNodes
-from .geometry import to_parent
 from .node_content import attributes_of, restore_node, save_node, set_attribute
 from .node_factory import remove
 

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import slicer
 
+from ..inputs.matrices import apply_matrix
 from .case_record import STAGES, CaseNodes
-from .geometry import Array, cells, mapped, set_point_array, smooth_normals, triangle_mesh, turned
+from .geometry import Array, cells, set_point_array, smooth_normals, triangle_mesh, turned
 from .node_factory import ensure, remove_role
 
 DISTANCE, DISPLACEMENT, DET_F = "distance_mm", "displacement_mm", "det_F"
@@ -34,7 +35,7 @@ def write_surfaces(case: CaseNodes, outcome: Any, T_overlay_scene: Array, frame:
             continue
         fresh = case.get(f"surface_{stage}") is None
         node = ensure(case, f"surface_{stage}")
-        vertices = mapped(T_overlay_scene, outcome.surfaces[stage])
+        vertices = apply_matrix(T_overlay_scene, outcome.surfaces[stage])
         if stage == "elastic":
             normals = smooth_normals(vertices, triangles)
         else:  # turned as a whole: much quicker than new ones

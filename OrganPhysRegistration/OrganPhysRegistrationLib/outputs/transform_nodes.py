@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..inputs.matrices import matrix_of
+from ..inputs.matrices import matrix_of, scale_of
 from .case_record import CaseNodes
-from .geometry import scale_of
 from .grid_transforms import composite, displacement_image, grid_in, grid_transform, like_grid, linear
 from .inverse_transform import SAMPLED, best_inverse
 from .node_content import set_attribute

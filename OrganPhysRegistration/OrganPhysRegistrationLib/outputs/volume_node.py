@@ -9,8 +9,9 @@ from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from organphys.ground.checks import InputError
 
+from ..inputs.matrices import apply_matrix
 from .case_record import CaseNodes
-from .geometry import Array, mapped, point_cloud, set_point_array
+from .geometry import Array, point_cloud, set_point_array
 from .node_factory import ensure, remove_role
 
 ASSET = "organphys_asset"
@@ -23,9 +24,9 @@ def write_volume(case: CaseNodes, outcome: Any, T_overlay_scene: Array, frame: A
         return
     fresh = case.get("volume") is None
     node = ensure(case, "volume")
-    cloud = point_cloud(mapped(T_overlay_scene, outcome.volume_scene))
+    cloud = point_cloud(apply_matrix(T_overlay_scene, outcome.volume_scene))
     T_ct_scene = np.linalg.inv(np.asarray(outcome.similarities["elastic"]))
-    moved = mapped(T_ct_scene, outcome.volume_scene) - outcome.volume_ct
+    moved = apply_matrix(T_ct_scene, outcome.volume_scene) - outcome.volume_ct
     set_point_array(cloud, "displacement_mm", np.linalg.norm(moved, axis=1))
     if outcome.asset is not None:
         data = numpy_to_vtk(np.frombuffer(outcome.asset, dtype=np.uint8), deep=True)
