@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..ground.checks import Array
+from ..ground.frames import tangent_axes
 from ..points.neighbours import nearest_neighbours
 
 OUTLYING = 2.5  # residuals beyond so many standard deviations count little
@@ -24,7 +25,7 @@ def on_patches(points: Array, samples: Array, normals: Array, *, neighbours: int
     index = nearest_neighbours(cKDTree(points), samples, k=min(neighbours, len(points)))[1]
     offset = points[index] - samples[:, None]
     normals = _of_plane(offset, normals)
-    first, second = _tangents(normals)
+    first, second = tangent_axes(normals)
     a, b, height = (np.einsum("mkc,mc->mk", offset, axis) for axis in (first, second, normals))
     reach = np.sqrt(a * a + b * b).max(1, keepdims=True) + 1e-300
     a, b = a / reach, b / reach
@@ -43,13 +44,6 @@ def _of_plane(offset: Array, normals: Array) -> Array:
     local = offset - offset.mean(1, keepdims=True)
     found = np.linalg.eigh(local.transpose(0, 2, 1) @ local)[1][:, :, 0]
     return found * np.where(np.einsum("ij,ij->i", found, normals) < 0, -1.0, 1.0)[:, None]
-
-
-def _tangents(normals: Array) -> tuple[Array, Array]:
-    """Two unit vectors (M, 3) each, perpendicular to the normals and to each other."""
-    first = np.cross(normals, np.eye(3)[np.abs(normals).argmin(1)])
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return first, np.cross(normals, first)
 
 
 def _weighted_fit(design: Array, weights: Array, values: Array) -> Array:

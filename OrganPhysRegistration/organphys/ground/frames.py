@@ -37,6 +37,13 @@ def rotation_between(source: Array, target: Array) -> Array:
     return (2 * np.outer(bisector, bisector) - np.eye(3)) @ (2 * np.outer(a, a) - np.eye(3))
 
 
+def tangent_axes(normals: Array) -> tuple[Array, Array]:
+    """Two unit vectors (N, 3) each, perpendicular to unit ``normals`` (N, 3) and to each other."""
+    first = np.cross(normals, np.eye(3)[np.abs(normals).argmin(1)])
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return first, np.cross(normals, first)
+
+
 def rotation_about(axis: Array, angle: float) -> Array:
     """Rotation (3, 3) by ``angle`` (radians) about ``axis`` (3,) through the origin."""
     k = cross_matrix(np.asarray(axis, dtype=np.float64) / np.linalg.norm(axis))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..ground.checks import Array
-from ..ground.frames import fit_similarity
+from ..ground.frames import fit_similarity, tangent_axes
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,7 @@ class Flow:
 
     def normals(self, points: Array, normals: Array, *, step: float = 0.05) -> Array:
         """Unit normals (N, 3) of the carried surface, from two carried tangents."""
-        helper = np.eye(3)[np.abs(normals).argmin(1)]
-        first = np.cross(normals, helper)
-        first /= np.linalg.norm(first, axis=1, keepdims=True)
-        second = np.cross(normals, first)
+        first, second = tangent_axes(normals)
         moved = self.apply(points)
         turned = np.cross(self.apply(points + step * first) - moved, self.apply(points + step * second) - moved)
         return turned / np.linalg.norm(turned, axis=1, keepdims=True)
