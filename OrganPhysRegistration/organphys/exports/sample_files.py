@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ..ground.atomic_file import atomic_path, write_text
 from ..ground.checks import Array
 from ..ground.frames import ras_from_lps
-
-_SH0 = 0.28209479177387814  # zero-order spherical harmonic: colour = 0.5 + _SH0 * f_dc
+from ..points.gaussians import SH_C0, Gaussians
+from .gaussian_ply import write_gaussians
 
 
 def write_label_map(path: str | Path, labels: NDArray[np.uint8], affine: Array) -> None:
@@ -35,23 +35,17 @@ def write_splat(
 
     centres, deviations, colours (N, 3), quaternions (N, 4), opacities (N,); colours and opacities in 0..1.
     """
-    import plyfile
-
-    shades, share = (np.asarray(colours) - 0.5) / _SH0, np.clip(opacities, 1e-6, 1 - 1e-6)
-    columns = {
-        **dict(zip("xyz", np.asarray(centres).T, strict=True)),
-        **dict.fromkeys(("nx", "ny", "nz"), np.zeros(len(centres))),
-        **{f"f_dc_{k}": shades[:, k] for k in range(3)},
-        "opacity": np.log(share / (1 - share)),
-        **{f"scale_{k}": np.log(deviations[:, k]) for k in range(3)},
-        **{f"rot_{k}": quaternions[:, k] for k in range(4)},
-    }
-    rows = np.empty(len(centres), dtype=[(name, "<f4") for name in columns])
-    for name, values in columns.items():
-        rows[name] = values
-    element = plyfile.PlyElement.describe(rows, "vertex")
-    with atomic_path(path) as temporary:
-        plyfile.PlyData([element], byte_order="<").write(str(temporary))
+    count, share = len(centres), np.clip(opacities, 1e-6, 1 - 1e-6)
+    gaussians = Gaussians(
+        means=np.asarray(centres),
+        log_scales=np.log(deviations),
+        quaternions=quaternions,
+        opacity_logits=np.log(share / (1 - share)),
+        sh_dc=(np.asarray(colours) - 0.5) / SH_C0,
+        sh_rest=np.zeros((count, 3, 0)),
+        valid=np.ones(count, dtype=bool),
+    )
+    write_gaussians(path, gaussians)
 
 
 def write_landmarks(path: str | Path, points_ct: Array, names: tuple[str, ...]) -> None:
