@@ -1,4 +1,4 @@
-"""Register every case of a folder by the command line, compare with the truth, write RESULTS.md.
+"""Register every case of a folder by the command line, compare with the truth, write its part of RESULTS.md.
 
     python Testing/benchmarks/cases.py DIR [--method organphys,paper] [--only NAME,...]
 
@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from results_file import write_part
 from results_table import results_markdown
 
 from organphys.pipeline.evaluation import Truth, mean_by_region, oracle_by_region, read_truth
@@ -83,7 +84,7 @@ def main() -> None:
     variants = [variant for variant in VARIANTS if variant.method in arguments.method.split(",")]
     cases = [run_case(folder, variants) for folder in folders]
     shown = f"python Testing/benchmarks/cases.py {arguments.folder.name} --method {arguments.method}"
-    arguments.out.write_text(results_markdown(cases, command=shown), encoding="utf-8")
+    write_part(arguments.out, results_markdown(cases, command=shown))
     print(arguments.out)
 
 
