@@ -21,6 +21,7 @@ from .data_terms import DataOptions, organ_matches, rim_matches, splat_matches
 from .joint_scale import ScalePrior, data_quadratic, solve
 from .matches import Deformed, Matches
 from .reduced_organ import ReducedOrgan
+from .temporal_prior import TemporalPrior
 from .visibility import visibility
 
 
@@ -56,7 +57,11 @@ class ElasticOptions:
     @classmethod
     def stiffness(cls, preset: str) -> ElasticOptions:
         """Presets name the last alpha: conservative 0.04, moderate 0.015 (default), aggressive 0.006."""
-        last = LAST_ALPHA[one_of(preset, "stiffness", tuple(LAST_ALPHA))]
+        return cls.down_to(LAST_ALPHA[one_of(preset, "stiffness", tuple(LAST_ALPHA))])
+
+    @classmethod
+    def down_to(cls, last: float) -> ElasticOptions:
+        """The levels stiffer than the alpha ``last``, and one of it."""
         levels = tuple(level for level in cls().levels if level.alpha > last)
         return cls(levels=(*levels, replace(cls().levels[-1], alpha=last)))
 
@@ -106,15 +111,18 @@ def register_elastically(
     scale_prior: Callable[[Similarity], ScalePrior] = lambda start: ScalePrior(),
     options: ElasticOptions | None = None,
     on_step: Callable[[OuterStep], None] = lambda step: None,
+    resume: ElasticState | None = None,
+    prior_on_z: TemporalPrior | None = None,
 ) -> tuple[ElasticState, SolveReport]:
     """Elastic registration from the pose ``start`` = T_camera_normalised; det F > 0 at every quadrature point.
 
-    ``on_step`` sees every outer step; an exception it raises (Cancelled) ends the run.
+    ``on_step`` sees every outer step; an exception it raises (Cancelled) ends the run. ``resume``: a state that refers
+    to ``start``, to go on from instead of the undeformed organ; ``prior_on_z``: holds Z near an earlier one.
     """
     options = options or ElasticOptions()
     chosen = random_subset(len(organ.samples.points), options.organ_points, 0)
     prior = scale_prior(start)
-    state = ElasticState(np.zeros((organ.basis.size, 3)), 1.0, start)
+    state = resume or ElasticState(np.zeros((organ.basis.size, 3)), 1.0, start)
     count, move, evaluations = 0, np.inf, 0
     for number, level in enumerate(options.levels):
         for _ in range(level.steps):
@@ -123,6 +131,7 @@ def register_elastically(
             if matches.weights.sum() < TOO_LITTLE:
                 return state, SolveReport(Stop.NO_DATA, count, evaluations, move)
             data = data_quadratic(organ, matches, shape.points, state.gamma, prior)
+            data = data if prior_on_z is None else prior_on_z.added_to(data)
             z, gamma, spent = solve(organ, data, level.alpha, state.z, state.gamma, steps=options.inner_steps)
             move = float(np.abs(organ.phi @ (z - state.z)).max()) + abs(gamma - state.gamma)
             state, count, evaluations = ElasticState(z, gamma, start), count + 1, evaluations + spent
