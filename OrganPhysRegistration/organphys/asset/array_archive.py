@@ -20,7 +20,7 @@ from ..ground.plain_json import dump
 
 MEMBER = re.compile(r"[a-z0-9_]{1,64}(/[a-z0-9_]{1,64})?\.npy")
 DTYPES = ("<f8", "<f4", "<i8", "<i4", "|u1", "|b1")
-MAX_MEMBERS = 256
+MAX_MEMBERS = 4096
 
 
 def archive_bytes(header_name: str, header: Any, arrays: Mapping[str, np.ndarray], *, sort_keys: bool = True) -> bytes:
@@ -86,7 +86,7 @@ def _checked_members(archive: zipfile.ZipFile, size: int, file: Path, header_nam
     members = archive.infolist()
     names = [m.filename for m in members]
     if header_name not in names or len(set(names)) != len(names) or len(names) > MAX_MEMBERS:
-        raise InputError(f"{file}: is no OrganPhys asset (no unique {header_name} in it); name an .organphys file")
+        raise InputError(f"{file}: is no such file (no unique {header_name} in it); name one that organphys wrote")
     if sum(m.file_size for m in members) > size or any(m.compress_type != zipfile.ZIP_STORED for m in members):
         raise _damaged(file, "members larger than the file, or compressed")
     arrays = [m for m in members if m.filename != header_name]

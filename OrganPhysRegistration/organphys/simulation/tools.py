@@ -2,6 +2,9 @@
 
 Tool frame: origin at the hinge of the jaws, z forward to the tip, x along the hinge. The jaws lie along +z when
 closed and open by half the jaw angle each, about x.
+
+A tool may have a wrist: a link from a pitch axis to the hinge, and a shaft behind that axis. Both frames have their
+origin on the pitch axis, which is their y, and z forward; that of the wrist has x along the hinge.
 """
 
 from __future__ import annotations
@@ -13,17 +16,21 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from ..ground.checks import Array, InputError, as_positive, as_vector
-from ..ground.frames import rotation_about
+from ..ground.frames import cross_matrix, rotation_about
 from .state import ToolPose
 from .tool_shapes import Capsule, Shape
 
 
 @dataclass(frozen=True)
 class Part:
-    """A shape in the tool frame; ``jaw`` -1 or +1: turns about x by jaw * opening / 2, 0: fixed to the shaft."""
+    """A shape in the frame of its link; ``jaw`` -1 or +1: turns about x by jaw * opening / 2, 0: does not.
+
+    ``link``: "tool", or of a tool with a wrist "wrist" or "shaft".
+    """
 
     shape: Shape
     jaw: int = 0
+    link: str = "tool"
 
 
 @dataclass(frozen=True)
@@ -52,11 +59,12 @@ class Jaws:
 
 @dataclass(frozen=True)
 class Tool:
-    """Parts in the tool frame; ``jaws`` None: the tool only pushes."""
+    """Parts; ``jaws`` None: the tool only pushes; ``wrist_length`` m: from the pitch axis to the hinge."""
 
     parts: tuple[Part, ...]
     jaws: Jaws | None = None
     name: str = "tool"
+    wrist_length: float = 0.0
 
     @property
     def radius(self) -> float:
@@ -66,7 +74,9 @@ class Tool:
     @property
     def extent(self) -> float:
         """Distance of the farthest point from the origin of its frame, m."""
-        return max(part.shape.extent for part in self.parts)
+        return max(
+            part.shape.extent + (0.0 if part.link == "tool" else self.wrist_length) for part in self.parts
+        )
 
     @property
     def jaw_extent(self) -> float:
@@ -98,15 +108,33 @@ class PlacedPart(NamedTuple):
 
 
 def place(tool: Tool, pose: ToolPose) -> tuple[PlacedPart, ...]:
-    """The tool's parts in the scene."""
+    """The tool's parts in the scene. Without a ``shaft_rotation`` a wrist is straight."""
     half, x = np.radians(pose.jaw_deg) / 2, np.array([1.0, 0.0, 0.0])
     turns = {jaw: pose.rotation @ rotation_about(x, jaw * half) for jaw in (-1, 0, 1)}
-    return tuple(PlacedPart(part.shape, turns[part.jaw], pose.position) for part in tool.parts)
+    wrist, at, shaft = wrist_frames(pose, tool.wrist_length)
+    links = {"wrist": (wrist, at), "shaft": (shaft, at)}
+    return tuple(
+        PlacedPart(part.shape, *(links.get(part.link) or (turns[part.jaw], pose.position))) for part in tool.parts
+    )
+
+
+def wrist_frames(pose: ToolPose, wrist_length: float) -> tuple[Array, Array, Array]:
+    """Rotation (3, 3) of the wrist, origin (3,) m of wrist and shaft, rotation (3, 3) of the shaft.
+
+    The link stands on hinge and pitch axis; where these are not quite at right angles (between two poses), on the
+    hinge and as nearly as it can on the pitch axis.
+    """
+    shaft = pose.rotation if pose.shaft_rotation is None else pose.shaft_rotation
+    hinge, pitch = pose.rotation[:, 0], shaft[:, 1]
+    along = cross_matrix(hinge) @ pitch
+    along = along / np.linalg.norm(along)
+    wrist = np.stack([hinge, cross_matrix(along) @ hinge, along], axis=1)
+    return wrist, pose.position - wrist_length * along, shaft
 
 
 def checked_pose(pose: ToolPose, name: str) -> ToolPose:
     """The pose with plain arrays; InputError for numbers that are not finite or no rotation."""
-    rotation = np.array(pose.rotation, dtype=np.float64)
+    rotation = np.array(pose.rotation, dtype=np.float64, order="C")  # the layout changes the rounding of products
     proper = rotation.shape == (3, 3) and np.isfinite(rotation).all()
     if not proper or not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) or np.linalg.det(rotation) < 0:
         raise InputError(f"{name}: its rotation must be a finite proper rotation of shape (3, 3)")
