@@ -77,11 +77,15 @@ class BodyState:
 
 @dataclass(frozen=True)
 class ToolPose:
-    """Where a tool is: position (3,) m and rotation (3, 3) of its frame in the scene, jaw opening in degrees."""
+    """Where a tool is: position (3,) m and rotation (3, 3) of its frame in the scene, jaw opening in degrees.
+
+    shaft_rotation (3, 3): how the shaft of a tool with a wrist is turned, see ``tools.place``; None: as the tool.
+    """
 
     position: Array
     rotation: Array = field(default_factory=lambda: np.eye(3))
     jaw_deg: float = 0.0
+    shaft_rotation: Array | None = None
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from ..ground.checks import Array, InputError, as_positive, as_vector
+from ..ground.checks import Array, InputError, as_positive, as_vector, one_of
 from ..ground.frames import cross_matrix, rotation_about
 from .state import ToolPose
 from .tool_shapes import Capsule, Shape
@@ -66,6 +66,13 @@ class Tool:
     name: str = "tool"
     wrist_length: float = 0.0
 
+    def __post_init__(self) -> None:
+        links = ("tool", "wrist", "shaft") if self.wrist_length > 0 else ("tool",)
+        for part in self.parts:
+            one_of(part.link, f"link of a part of {self.name}", links)
+            if part.jaw not in (-1, 0, 1) or (part.jaw and part.link != "tool"):
+                raise InputError(f"{self.name}: expected jaw -1 or 1 on parts of the link 'tool' only, got {part.jaw}")
+
     @property
     def radius(self) -> float:
         """Thinnest part, m."""
@@ -74,9 +81,7 @@ class Tool:
     @property
     def extent(self) -> float:
         """Distance of the farthest point from the origin of its frame, m."""
-        return max(
-            part.shape.extent + (0.0 if part.link == "tool" else self.wrist_length) for part in self.parts
-        )
+        return max(part.shape.extent + (0.0 if part.link == "tool" else self.wrist_length) for part in self.parts)
 
     @property
     def jaw_extent(self) -> float:
@@ -111,11 +116,11 @@ def place(tool: Tool, pose: ToolPose) -> tuple[PlacedPart, ...]:
     """The tool's parts in the scene. Without a ``shaft_rotation`` a wrist is straight."""
     half, x = np.radians(pose.jaw_deg) / 2, np.array([1.0, 0.0, 0.0])
     turns = {jaw: pose.rotation @ rotation_about(x, jaw * half) for jaw in (-1, 0, 1)}
-    wrist, at, shaft = wrist_frames(pose, tool.wrist_length)
-    links = {"wrist": (wrist, at), "shaft": (shaft, at)}
-    return tuple(
-        PlacedPart(part.shape, *(links.get(part.link) or (turns[part.jaw], pose.position))) for part in tool.parts
-    )
+    frames = {("tool", jaw): (turn, pose.position) for jaw, turn in turns.items()}
+    if tool.wrist_length:
+        wrist, at, shaft = wrist_frames(pose, tool.wrist_length)
+        frames |= {("wrist", 0): (wrist, at), ("shaft", 0): (shaft, at)}
+    return tuple(PlacedPart(part.shape, *frames[part.link, part.jaw]) for part in tool.parts)
 
 
 def wrist_frames(pose: ToolPose, wrist_length: float) -> tuple[Array, Array, Array]:
@@ -134,25 +139,44 @@ def wrist_frames(pose: ToolPose, wrist_length: float) -> tuple[Array, Array, Arr
 
 def checked_pose(pose: ToolPose, name: str) -> ToolPose:
     """The pose with plain arrays; InputError for numbers that are not finite or no rotation."""
-    rotation = np.array(pose.rotation, dtype=np.float64, order="C")  # the layout changes the rounding of products
-    proper = rotation.shape == (3, 3) and np.isfinite(rotation).all()
-    if not proper or not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) or np.linalg.det(rotation) < 0:
-        raise InputError(f"{name}: its rotation must be a finite proper rotation of shape (3, 3)")
+    rotation = _checked_rotation(pose.rotation, f"{name}: its rotation")
+    shaft = pose.shaft_rotation
+    if shaft is not None:
+        shaft = _checked_rotation(shaft, f"{name}: its shaft_rotation")
+        if abs(rotation[:, 0] @ shaft[:, 1]) > 1e-3:
+            raise InputError(
+                f"{name}: the pitch axis of its shaft_rotation (y) must be at right angles to the hinge (x)"
+            )
     if not np.isfinite(pose.jaw_deg):
         raise InputError(f"{name}: jaw opening must be finite, got {pose.jaw_deg}")
-    return ToolPose(as_vector(pose.position, f"{name} position"), rotation, float(pose.jaw_deg))
+    return ToolPose(as_vector(pose.position, f"{name} position"), rotation, float(pose.jaw_deg), shaft)
+
+
+def _checked_rotation(matrix: Array, name: str) -> Array:
+    rotation = np.array(matrix, dtype=np.float64, order="C")  # the layout changes the rounding of products
+    proper = rotation.shape == (3, 3) and np.isfinite(rotation).all()
+    if not proper or np.abs(rotation @ rotation.T - np.eye(3)).max() > 2e-6 or np.linalg.det(rotation) < 0:
+        raise InputError(f"{name} must be a finite proper rotation of shape (3, 3)")
+    return rotation
 
 
 def between(start: ToolPose, end: ToolPose, fraction: float) -> ToolPose:
     """Pose on the way from ``start`` (fraction 0) to ``end`` (1): straight, turning evenly."""
     if fraction >= 1:
         return end
-    turn = Slerp([0.0, 1.0], Rotation.from_matrix(np.stack([start.rotation, end.rotation])))
+    shafts = [pose.rotation if pose.shaft_rotation is None else pose.shaft_rotation for pose in (start, end)]
+    bent = start.shaft_rotation is not None or end.shaft_rotation is not None
     return ToolPose(
         start.position + fraction * (end.position - start.position),
-        turn(fraction).as_matrix(),
+        _turned(start.rotation, end.rotation, fraction),
         start.jaw_deg + fraction * (end.jaw_deg - start.jaw_deg),
+        _turned(shafts[0], shafts[1], fraction) if bent else None,
     )
+
+
+def _turned(start: Array, end: Array, fraction: float) -> Array:
+    turn: Array = Slerp([0.0, 1.0], Rotation.from_matrix(np.stack([start, end])))(fraction).as_matrix()
+    return turn
 
 
 def probe(radius: float = 0.0025, length: float = 0.1) -> Tool:
