@@ -6,7 +6,7 @@ wrong ones 0.63 and more (seven cases with known truth).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, MutableMapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -76,12 +76,18 @@ def choose_mode(
     landmarks: LandmarkPrior | None = None,
     scale_prior: Callable[[Similarity], ScalePrior] = lambda start: ScalePrior(),
     progress: Progress = no_progress,
+    known: MutableMapping[bytes, ElasticState] | None = None,
 ) -> Modes:
-    """Poses ranked by their fit after a short elastic solve."""
+    """Poses ranked by their fit after a short elastic solve; ``known``: solves done before by their pose, added to."""
     options = ElasticOptions(levels=SHORT)
+    known = {} if known is None else known
 
     def fit(start: Similarity) -> tuple[ElasticState, ElasticScore]:
-        state, _ = register_elastically(organ, view, start, scale_prior=scale_prior, options=options)
+        key: bytes = start.matrix.tobytes()
+        state = known.get(key)
+        if state is None:
+            state, _ = register_elastically(organ, view, start, scale_prior=scale_prior, options=options)
+            known[key] = state
         return state, elastic_score(organ, view, state, landmarks)
 
     fits = []

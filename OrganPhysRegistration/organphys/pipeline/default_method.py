@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from time import perf_counter
 
@@ -10,7 +11,7 @@ from ..align.pose_view import pose_view
 from ..align.poses import Poses
 from ..align.splat_view import SplatView, splat_view
 from ..align.start_search import Starts, search_start
-from ..elastic.elastic_registration import SHORT, ElasticOptions, register_elastically
+from ..elastic.elastic_registration import SHORT, ElasticOptions, ElasticState, register_elastically
 from ..elastic.joint_scale import ScalePrior
 from ..elastic.mode_choice import choose_mode
 from ..elastic.records import ElasticResult
@@ -24,6 +25,7 @@ from .case import Case
 from .default_stages import DefaultCoarse, DefaultRigid, mode_notices
 from .elastic_recorder import ElasticRecorder
 from .hand_pose import pose_near
+from .method_memory import MethodMemory
 from .scale_checks import NEARLY_EXACT, plausible_scales, scale_prior, unit_notices, unit_scale
 from .stages import ElasticStage, OnSurface
 
@@ -31,8 +33,8 @@ from .stages import ElasticStage, OnSurface
 class DefaultMethod:
     """The stages for one case; what several of them need is made once, when it is first needed."""
 
-    def __init__(self, case: Case) -> None:
-        self.case = case
+    def __init__(self, case: Case, memory: MethodMemory | None = None) -> None:
+        self.case, self.memory = case, memory or MethodMemory()
 
     def coarse(self, progress: Progress) -> DefaultCoarse:
         """Global search."""
@@ -58,8 +60,9 @@ class DefaultMethod:
         ready = perf_counter()
         poses = coarse.starts.modes().poses if start is None else self._near(start)
         modes = choose_mode(
-            organ, self.view, poses, landmarks=self.landmarks, scale_prior=self._scale_prior, progress=progress
-        )
+            organ, self.view, poses, landmarks=self.landmarks, scale_prior=self._scale_prior, progress=progress,
+            known=self.memory.short_fits,
+        )  # fmt: skip
         single = len(self.landmarks) == 1 and self.case.options.landmark_radius_mm is None
         radius_mm = self.landmarks.radius * self.samples.normalisation.length if single else None
         notices = (*self._unit_notices(coarse.free_start), *mode_notices(modes, organ, radius_mm))
@@ -85,9 +88,7 @@ class DefaultMethod:
         options = ElasticOptions.stiffness(self.case.options.stiffness)
         recorder = ElasticRecorder(organ, self.view, options, progress, on_surface)
         pose = rigid.pose if start is None else self._pose(start)
-        state, report = register_elastically(
-            organ, self.view, pose, scale_prior=self._scale_prior, options=options, on_step=recorder
-        )
+        state, report = self._bent(pose, options, recorder)
         state = state.without_rigid_part(organ)
         result = ElasticResult(
             T_scene_ct=self._T_scene_ct(state.pose),
@@ -99,6 +100,25 @@ class DefaultMethod:
             report=report,
         )
         return ElasticStage(result=result, seconds={"elastic": perf_counter() - begin}, by_hand=start is not None)
+
+    def _bent(
+        self, pose: Similarity, options: ElasticOptions, recorder: ElasticRecorder
+    ) -> tuple[ElasticState, SolveReport]:
+        """The elastic solve; the levels that were run before from the same pose are not run again."""
+        done, end = self.memory.longest(pose, options.levels)
+        recorder.resume(done, end)
+        if end is not None and done == len(options.levels):
+            recorder.progress("elastic", 1.0)
+            return end.state, end.report(options.move_tolerance)
+        state, report = register_elastically(
+            self.organ, self.view, pose, scale_prior=self._scale_prior, on_step=recorder,
+            options=replace(options, levels=options.levels[done:]), resume=None if end is None else end.state,
+        )  # fmt: skip
+        if report.stop is Stop.NO_DATA:
+            return state, report
+        for number, level_end in recorder.ends.items():
+            self.memory.keep(pose, options.levels[: number + 1], level_end)
+        return state, recorder.ends[len(options.levels) - 1].report(options.move_tolerance)
 
     @cached_property
     def samples(self) -> SurfaceSamples:

@@ -11,11 +11,13 @@ from ..elastic.elastic_registration import ElasticOptions, OuterStep
 from ..elastic.records import ElasticStep
 from ..elastic.reduced_organ import ReducedOrgan
 from ..ground.progress import Progress
+from .method_memory import LevelEnd
 from .stages import OnSurface
 
 
 class ElasticRecorder:
-    """Callable for ``register_elastically(on_step=...)``; ``steps`` grows with the run."""
+    """Callable for ``register_elastically(on_step=...)``; ``steps`` grows with the run, ``ends`` has the state at the
+    end of every level by its number in ``options``."""
 
     def __init__(
         self,
@@ -30,12 +32,18 @@ class ElasticRecorder:
         self.total = sum(level.steps for level in options.levels)
         self.before = np.cumsum([0, *(level.steps for level in options.levels)])
         self.steps: list[ElasticStep] = []
-        self._level, self._in_level = 0, 0
+        self.ends: dict[int, LevelEnd] = {}
+        self._first, self._level, self._in_level = 0, 0, 0
+
+    def resume(self, levels_done: int, end: LevelEnd | None) -> None:
+        """The run goes on after ``levels_done`` levels of ``options``, which led to ``end``."""
+        self._first, self.steps = levels_done, [] if end is None else list(end.steps)
 
     def __call__(self, step: OuterStep) -> None:
-        self._in_level = self._in_level + 1 if step.level == self._level else 1
-        self._level = step.level
-        self.progress("elastic", float(self.before[step.level] + self._in_level) / self.total)
+        level = self._first + step.level
+        self._in_level = self._in_level + 1 if level == self._level else 1
+        self._level = level
+        self.progress("elastic", float(self.before[level] + self._in_level) / self.total)
         state, length = step.state, self.organ.samples.normalisation.length
         surface = state.pose.apply(self.organ.points(state.z))
         if self.on_surface is not None:
@@ -57,3 +65,4 @@ class ElasticRecorder:
                 evaluations=step.evaluations,
             )
         )
+        self.ends[level] = LevelEnd(state, tuple(self.steps), step.move)
