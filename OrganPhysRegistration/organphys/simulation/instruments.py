@@ -33,7 +33,7 @@ class Instrument:
     """One instrument: lengths in m, angles in degrees.
 
     wrist_length: from the pitch axis to the hinge of the jaws (the table's a of the last row); jaw_length: hinge to
-    tip; jaw_radius: half the thickness of one jaw; half_width: of the jaws along the hinge; shaft_radius; insertion:
+    tip; jaw_radius: of the capsule that stands for one jaw in contact; half_width: of the jaws along the hinge; shaft_radius; insertion:
     largest, from 0; jaw: range of the opening, below 0 the closed jaws press harder; other ranges are symmetric.
     """
 
@@ -41,7 +41,7 @@ class Instrument:
     title: str
     wrist_length: float
     jaw_length: float
-    jaw_radius: float = 0.0015
+    jaw_radius: float = 0.002
     half_width: float = 0.0022
     shaft_radius: float = 0.0042
     yaw: float = 91.0
@@ -82,14 +82,14 @@ INSTRUMENTS: dict[str, Instrument] = {
     for row in (
         Instrument("large_needle_driver", "Large needle driver (400006)", 0.0091, 0.0102),
         Instrument(
-            "prograsp", "ProGrasp forceps (400093)", 0.0107, 0.020, jaw_radius=0.0018, half_width=0.0026, grip_force=7.0
+            "prograsp", "ProGrasp forceps (400093)", 0.0107, 0.020, jaw_radius=0.0022, half_width=0.0026, grip_force=7.0
         ),
         Instrument(
             "mega",
             "Mega needle driver (400194)",
             0.0112,
             0.0125,
-            jaw_radius=0.0018,
+            jaw_radius=0.0022,
             half_width=0.0025,
             roll=255.0,
             wrist_pitch=70.0,

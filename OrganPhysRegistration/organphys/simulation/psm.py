@@ -144,7 +144,7 @@ class Psm:
 
     def meshes(self, joints: ArrayLike, jaw_deg: float) -> list[PlacedMesh]:
         """Surfaces for display, vertices (N, 3) in metres of the scene."""
-        return psm_meshes(self.instrument, self.forward(joints, jaw_deg), self.T_scene_rcm)
+        return psm_meshes(self.instrument, self.forward(joints, jaw_deg), self.rcm)
 
 
 def as_joints(joints: ArrayLike) -> Array:
