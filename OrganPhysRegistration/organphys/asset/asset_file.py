@@ -9,19 +9,22 @@ from typing import Any
 import numpy as np
 
 from ..basis.reduced_basis import ReducedBasis
+from ..basis.reduced_covariance import ReducedCovariance
 from ..ground.atomic_file import write_bytes
 from ..ground.checks import InputError
 from ..ground.frames import Normalisation, Similarity
 from .array_archive import archive_bytes, read_archive, read_archive_bytes
 from .registered_organ import RegisteredOrgan
 
-FORMAT, VERSION, HEADER = "organphys-asset", 1, "organ.json"
+FORMAT, VERSION, HEADER = "organphys-asset", 2, "organ.json"  # 2: may carry its uncertainty
 FRAMES = {
     "ct": "RAS, mm",
     "scene": "raw coordinates of the splat file, OpenCV axes, scene units",
     "normalised": "(ct - centre) / length",
+    "covariance": "of (z, gamma) = factor factor^T; scene = T_scene_ct about gamma = 1, scale / gamma",
     "map": "scene = T_scene_ct(undo(X + Phi(X) z)), X normalised; T_scene_ct = scale rotation x + translation",
 }
+FACTOR = "uncertainty/factor"
 GEOMETRY = ("z", "vertices", "faces", "volume_points", "quadrature_points", "quadrature_weights")
 
 
@@ -35,6 +38,8 @@ def asset_bytes(organ: RegisteredOrgan) -> bytes:
     arrays = {name: getattr(organ, name) for name in GEOMETRY}
     arrays["faces"] = organ.faces.astype(np.int32)
     arrays |= {f"basis/{name}": value for name, value in organ.basis.arrays().items()}
+    if organ.uncertainty is not None:
+        arrays[FACTOR] = organ.uncertainty.factor
     return archive_bytes(HEADER, _header(organ), arrays)
 
 
@@ -80,7 +85,22 @@ def _header(organ: RegisteredOrgan) -> dict[str, Any]:
         "basis": {"weights": organ.basis.weights.kind},
         "tissue": organ.tissue,
         "provenance": organ.provenance,
+        "uncertainty": None if organ.uncertainty is None else _freedom_out(organ.uncertainty.freedom),
     }
+
+
+def _freedom_out(freedom: float) -> dict[str, float | None]:
+    """Degrees of freedom of the Student t; null for a Gaussian, for JSON knows no infinity."""
+    return {"degrees_of_freedom": freedom if np.isfinite(freedom) else None}
+
+
+def _uncertainty(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> ReducedCovariance | None:
+    """None in files of version 1 and of methods that give none."""
+    entry = header.get("uncertainty")
+    if entry is None:
+        return None
+    freedom = entry["degrees_of_freedom"]
+    return ReducedCovariance(arrays[FACTOR], np.inf if freedom is None else float(freedom))
 
 
 def _organ(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> RegisteredOrgan:
@@ -99,4 +119,5 @@ def _organ(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Regis
         tissue=dict(header["tissue"]),
         mm_per_scene_unit=None if unit is None else float(unit),
         provenance=dict(header["provenance"]),
+        uncertainty=_uncertainty(header, arrays),
     )

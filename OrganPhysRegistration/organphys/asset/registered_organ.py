@@ -14,11 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..basis.error_radius import error_radius
 from ..basis.reduced_basis import ReducedBasis
+from ..basis.reduced_covariance import ReducedCovariance
 from ..ground.checks import Array, InputError, as_points, one_of
 from ..ground.frames import Normalisation, Similarity
 from .deformation import Deformation
 from .inverse_map import InverseMap, invert
+from .point_covariance import PointCovariance
 from .surface_distance import SurfaceDistance
 
 VOLUME_POINTS = 30_000
@@ -31,7 +34,8 @@ class RegisteredOrgan:
     z (4H, 3); vertices (Nv, 3), faces (Nf, 3): closed surface, faces counter-clockwise from outside; volume_points
     (N, 3) inside, N <= 30000; quadrature_points (Q, 3) and quadrature_weights (Q,) of the elastic energy, weights in
     parts of the organ volume; tissue: SI numbers (``youngs_pa``, ``nu``, ``density_kg_m3``, ...); mm_per_scene_unit:
-    as stated with the input, None if it was not; provenance: input hashes, versions, options, seed (JSON values).
+    as stated with the input, None if it was not; provenance: input hashes, versions, options, seed (JSON values);
+    uncertainty: covariance of z and the scale, None where the method gives none.
     """
 
     T_scene_ct: Similarity
@@ -48,6 +52,7 @@ class RegisteredOrgan:
     tissue: Mapping[str, Any] = field(default_factory=dict)
     mm_per_scene_unit: float | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    uncertainty: ReducedCovariance | None = None
 
     def __post_init__(self) -> None:
         for name in ("vertices", "volume_points", "quadrature_points"):
@@ -61,6 +66,8 @@ class RegisteredOrgan:
             raise InputError(f"z: expected finite coordinates of shape ({self.basis.size}, 3), got {np.shape(self.z)}")
         if np.shape(self.quadrature_weights) != (len(self.quadrature_points),):
             raise InputError("quadrature weights: expected one number per quadrature point")
+        if self.uncertainty is not None and len(self.uncertainty.factor) != 3 * self.basis.size + 1:
+            raise InputError(f"covariance factor: expected {3 * self.basis.size + 1} rows for this basis")
         # Row-major copies: the layout changes the rounding of matrix products, and a loaded asset must map bit for bit.
         arrays = {name: np.array(value, order="C") for name, value in self.basis.arrays().items()}
         object.__setattr__(self, "basis", ReducedBasis.from_arrays(self.basis.weights.kind, arrays))
@@ -92,6 +99,17 @@ class RegisteredOrgan:
         points = as_points(points_ct_mm, "points", minimum=0)
         return self.deformation.displacement_and_gradient(points)[1] + np.eye(3)
 
+    def covariance(self, points_ct_mm: ArrayLike) -> Array:
+        """Covariance (N, 3, 3), mm^2 along the CT axes, of the mapped positions of CT points (N, 3): how sure they are.
+
+        InputError where the organ carries no uncertainty (an older file, or a method that gives none).
+        """
+        return self.point_covariance.anywhere(as_points(points_ct_mm, "points", minimum=0))
+
+    def error_radius(self, points_ct_mm: ArrayLike, probability: float = 0.95) -> Array:
+        """Radius (N,) in mm within which the true positions of CT points (N, 3) lie with ``probability``."""
+        return error_radius(self.covariance(points_ct_mm), probability, freedom=self.known_uncertainty.freedom)
+
     def outside_distance_mm(self, points_ct_mm: ArrayLike) -> Array:
         """How far (N,) the CT points (N, 3) lie outside the organ surface, mm; 0 inside."""
         points = as_points(points_ct_mm, "points", minimum=0)
@@ -116,6 +134,27 @@ class RegisteredOrgan:
     def surface_det_f(self) -> Array:
         """det F (Nv,) at the surface vertices."""
         return np.linalg.det(self._surface_motion[1] + np.eye(3))
+
+    def surface_error_mm(self, probability: float) -> Array:
+        """Radius (Nv,) in mm within which the true positions of the vertices lie with ``probability``."""
+        return error_radius(self._surface_covariance, probability, freedom=self.known_uncertainty.freedom)
+
+    @cached_property
+    def _surface_covariance(self) -> Array:
+        return self.point_covariance.inside(self.vertices)
+
+    @property
+    def known_uncertainty(self) -> ReducedCovariance:
+        """``uncertainty``; InputError where there is none."""
+        if self.uncertainty is None:
+            raise InputError("confidence: this organ carries none; register it again with method organphys")
+        return self.uncertainty
+
+    @property
+    def point_covariance(self) -> PointCovariance:
+        """Covariance of mapped CT points."""
+        reduced = self.known_uncertainty
+        return PointCovariance(self.normalisation, self.basis, self.z, reduced, self.surface_distance)
 
     @cached_property
     def _surface_motion(self) -> tuple[Array, Array]:

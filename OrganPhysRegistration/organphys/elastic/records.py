@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..basis.reduced_basis import ReducedBasis
+from ..basis.reduced_covariance import ReducedCovariance
 from ..ground.checks import Array
 from ..ground.frames import Normalisation, Similarity
 from ..ground.solve_report import SolveReport
@@ -34,7 +35,8 @@ class ElasticStep:
 class ElasticResult:
     """Registered deformation: y = T_scene_ct.apply(normalisation.undo(X + Phi(X) z)), X = normalisation.apply(x_ct).
 
-    z (4H, 3) in the coordinates of ``basis``; quadrature_points (Q, 3): where det F was watched, normalised frame.
+    z (4H, 3) in the coordinates of ``basis``; quadrature_points (Q, 3): where det F was watched, normalised frame;
+    uncertainty: covariance of z and the scale, None where the method gives none.
     """
 
     T_scene_ct: Similarity
@@ -44,6 +46,7 @@ class ElasticResult:
     quadrature_points: Array
     steps: tuple[ElasticStep, ...]
     report: SolveReport
+    uncertainty: ReducedCovariance | None = None
 
     def map_points(self, points_ct: Array) -> Array:
         """Scene positions (N, 3) of CT points (N, 3) in RAS mm, inside the organ or near it."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..asset.baked_surface import BakedSurface
 from ..asset.registered_organ import VOLUME_POINTS, RegisteredOrgan
 from ..elastic.records import ElasticResult
 from ..ground.checks import Array
@@ -28,9 +29,11 @@ class FinishedCase:
     notices: tuple[Notice, ...]
 
 
-def finish_case(case: Case, elastic: ElasticResult) -> FinishedCase:
-    """All that is taken from the deformation once it is found."""
+def finish_case(case: Case, elastic: ElasticResult, baked: BakedSurface | None = None) -> FinishedCase:
+    """All that is taken from the deformation once it is found; ``baked``: the same basis at the same vertices."""
     organ = _registered_organ(case, elastic)
+    if baked is not None:
+        baked.give(organ)
     to_splat = nearest_neighbours(case.target_tree, organ.scene_vertices)[0]
     # the quadrature points lie inside, so the field beside the organ need not be baked
     gradients: Array = organ.deformation.inside(organ.quadrature_points)[1] + np.eye(3)
@@ -59,4 +62,5 @@ def _registered_organ(case: Case, elastic: ElasticResult) -> RegisteredOrgan:
         tissue=vars(tissue_for(organ.name)),
         mm_per_scene_unit=case.stated_mm,
         provenance=dict(case.provenance),
+        uncertainty=elastic.uncertainty,
     )
