@@ -3,17 +3,18 @@
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
-from simulation_examples import BOTTOM, SIZE, TISSUE, box_body, box_grid, box_shape, box_surface
+from simulation_examples import BOTTOM, SIZE, TISSUE, box_body, box_grid, box_surface
 
 from organphys.ground.checks import InputError
 from organphys.simulation.contact_samples import contact_samples
-from organphys.simulation.local_cells import refined_cells
-from organphys.simulation.local_detail import LocalDetail, detail_state, with_detail
+from organphys.simulation.local_detail import LocalDetail, with_detail
+from organphys.simulation.local_following import detail_state, followed
 from organphys.simulation.local_functions import LocalFunctions
 from organphys.simulation.pins import Pin
 from organphys.simulation.quadrature import cell_quadrature
 from organphys.simulation.rest_shape import rest_shape
-from organphys.simulation.state import BodyState
+from organphys.simulation.state import BodyState, Touch
+from organphys.simulation.stiffness_matrix import stiffness_matrix
 
 
 def test_mass_matrix_is_the_mass_times_the_identity():
@@ -65,14 +66,16 @@ def test_quadrature_keeps_volume_and_first_moments():
     assert np.allclose(weights @ cells, volumes @ points)
 
 
-def test_refined_cells_keep_the_volume():
-    shape = box_shape()
-    kept, new = refined_cells(shape, np.array([0.05, 0.02, 0.04]), 0.012, 0.0015)
-    total = shape.cells.quadrature.weights[kept].sum() + new.weights.sum()
-    assert total == pytest.approx(shape.volumes.sum())
-    assert 0 < len(kept) < len(shape.cells.quadrature.weights)
+def test_refined_cells_keep_their_volume_whatever_else_was_asked_for():
+    body = box_body(BOTTOM)
+    cells, other = body.refined(0.0015), box_body(BOTTOM).with_tissue(body.tissue).refined(0.0015)
+    fine = cells.of(np.array([3, 40, 41]))
+    assert fine.weights.sum() == pytest.approx(body.strain.weights[[3, 40, 41]].sum())
+    assert len(fine.points) > 3 * 10 and fine.phi.shape == (len(fine.points), body.basis.size)
+    again = other.of(np.array([41, 7])).phi
+    assert np.array_equal(again[: len(cells.of(np.array([41])).phi)], cells.of(np.array([41])).phi)
     with pytest.raises(InputError, match="no tissue"):
-        refined_cells(shape, np.array([1.0, 0, 0]), 0.01, 0.002)
+        with_detail(body, np.array([1.0, 0, 0]), LocalDetail())
 
 
 def test_contact_samples_cover_the_surface_and_share_its_area():
@@ -112,8 +115,9 @@ def test_local_columns_are_orthonormal_and_come_and_go_without_a_trace():
     weights = first.strain.weights / first.strain.weights.sum()
     n = body.basis.size
     local = first.basis.phi(first.strain.points)[:, n:]
-    assert local.shape[1] == 16
-    assert np.abs(local.T @ (weights[:, None] * local) - np.eye(16)).max() < 0.15  # cells resolve the rest coarsely
+    count = local.shape[1]
+    assert 10 <= count <= 32
+    assert np.abs(local.T @ (weights[:, None] * local) - np.eye(count)).max() < 0.15  # cells resolve the rest coarsely
     state = BodyState.at_rest(first.basis.size)
     z = np.random.default_rng(3).normal(size=(first.basis.size, 3))
     moved = detail_state(
@@ -122,6 +126,33 @@ def test_local_columns_are_orthonormal_and_come_and_go_without_a_trace():
     assert np.allclose(moved.z[:n], z[:n]) and moved.z.shape == state.z.shape
     assert np.allclose(moved.z[n:], z[n:], atol=1e-9)
     assert first.plain is body
+
+
+def test_local_functions_that_move_on_leave_the_shape_as_it_is():
+    body, detail = box_body(BOTTOM), LocalDetail()
+    first = with_detail(body, np.array([0.05, 0.02, 0.04]), detail)
+    size = first.basis.size
+    z = 1e-6 * np.random.default_rng(3).normal(size=(size, 3))
+    top = np.flatnonzero(body.samples.points[:, 2] > SIZE[2] - 1e-6)
+    touched = top[np.abs(body.samples.points[top, :2] - [0.053, 0.02]).max(1) < 0.003]
+    touch = Touch(touched, 0 * touched, np.ones(len(touched)), np.tile([0, 0, 1.0], (len(touched), 1)))
+    state = BodyState(z, 2 * z, z, z, z, touch=touch)
+    second, moved = followed(first, state, detail)
+    assert len(second.basis.local.functions.centres) > len(first.basis.local.functions.centres)
+    shift = second.sample_positions(moved.z, top) - first.sample_positions(z, top)
+    assert np.abs(shift).max() < 1e-9 * np.abs(z).max()
+    speed = second.sample_phi(top) @ moved.velocity - first.sample_phi(top) @ state.velocity
+    assert np.abs(speed).max() < 1e-9 * np.abs(z).max()
+
+
+def test_stiffness_matrix_is_the_hessian_and_its_definite_part_is_definite():
+    body = box_body(BOTTOM)
+    z = np.random.default_rng(0).normal(size=(body.basis.size, 3))
+    z *= 0.5 / np.abs(body.strain.rates(z)).max()
+    exact, single = body.elasticity.hessian(z), stiffness_matrix(body.strain, z)
+    assert np.abs(single - exact).max() < 1e-5 * np.abs(exact).max()
+    definite = stiffness_matrix(body.strain, z, definite=True)
+    assert np.linalg.eigvalsh(definite)[0] > -1e-5 * np.abs(exact).max() > np.linalg.eigvalsh(-definite)[0]
 
 
 def test_pins_that_hold_nothing_and_bad_volumes_are_refused():

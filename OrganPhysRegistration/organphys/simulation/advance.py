@@ -25,6 +25,7 @@ from .tool_force import ToolForce, tool_forces
 from .tools import PlacedPart, Tool, place
 
 SURE = 1.3  # samples between the middles of patches may move farther than these
+LEAST_EFFORT = 12  # of a sub-step
 SEARCHES = 4  # rounds of the search for near samples, should the tissue have moved farther than expected
 
 
@@ -62,9 +63,17 @@ class BodyReport:
 
 
 def advance(
-    body: Body, state: BodyState, motion: Motion, options: SimulationOptions, dt: float, cache: FactorCache
+    body: Body,
+    state: BodyState,
+    motion: Motion,
+    options: SimulationOptions,
+    dt: float,
+    cache: FactorCache,
+    *,
+    pieces: int = 1,
 ) -> tuple[BodyState, BodyReport]:
-    """The body's state ``dt`` s later."""
+    """The body's state ``dt`` s later, with a share of 1 / ``pieces`` of the effort that a step may cost."""
+    effort = max(options.effort // pieces, LEAST_EFFORT)
     scheme = scheme_step(options.scheme, state, dt)
     old, new = motion.parts(motion.before), motion.parts(motion.after)
     spare = SPARE + 1.5 * dt * fastest(body, state.velocity)
@@ -77,7 +86,7 @@ def advance(
                 body, state, samples, motion.tools, motion.owner, old, new, motion.after, options, scheme.h
             )
         potential = IncrementalPotential.of_step(body, options, scheme, terms)
-        solved = minimise(potential, (scheme.predicted, state.z), state.reference, cache)
+        solved = minimise(potential, (scheme.predicted, state.z), state.reference, cache, effort=effort)
         if not new or SURE * fastest(body, solved.at.z - state.z) < spare:
             break
         missed = np.setdiff1d(near_samples(body, solved.at.z, new, options.contact_gap), samples)

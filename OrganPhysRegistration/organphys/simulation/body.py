@@ -13,6 +13,7 @@ from ..basis.reduced_elasticity import ReducedElasticity
 from ..ground.checks import Array
 from ..mechanics.tissue import GENERIC, Tissue
 from .contact_samples import ContactSamples
+from .local_cells import RefinedCells
 from .pins import Pin, spring_matrix
 from .quadrature import Quadrature
 from .rest_shape import RestShape
@@ -68,6 +69,16 @@ class Body:
         middles = self.samples.points[self.samples.middle]
         cells: NDArray[np.int64] = cKDTree(self.strain.points).query(middles, k=min(4, len(self.strain.points)))[1]
         return cells.reshape(len(middles), -1)
+
+    @cached_property
+    def _refined(self) -> dict[float, RefinedCells]:
+        return {}
+
+    def refined(self, spacing: float) -> RefinedCells:
+        """The cells with fine points ``spacing`` m apart and the basis without local columns at them."""
+        if spacing not in self._refined:
+            self._refined[spacing] = RefinedCells(self.shape, self.basis, spacing)
+        return self._refined[spacing]
 
     @property
     def elasticity(self) -> ReducedElasticity:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..ground.checks import Array
 from .barrier import barrier
-from .continuous_check import crossed
+from .continuous_check import PathStart, path_crosses
 from .friction import friction
 from .grasp import grip_value
 from .tools import PlacedPart
@@ -113,11 +114,16 @@ class ContactTerms:
 
     def crosses(self, z: Array) -> bool:
         """Whether some sample has gone through a tool on its way from the start of the step to Z (n, 3)."""
-        x = self.positions(z)
-        for old, new, skip in zip(self.old, self.new, self.unchecked, strict=True):
-            if crossed(old, new, self.start[~skip], x[~skip]):
-                return True
-        return False
+        x, parts = self.positions(z), zip(self._paths, self.new, self._checked, strict=True)
+        return any(path_crosses(path, new, x[rows]) for path, new, rows in parts)
+
+    @cached_property
+    def _checked(self) -> list[NDArray[np.int64]]:
+        return [np.flatnonzero(~skip) for skip in self.unchecked]
+
+    @cached_property
+    def _paths(self) -> list[PathStart]:
+        return [PathStart.of(old, self.start[rows]) for old, rows in zip(self.old, self._checked, strict=True)]
 
 
 def already_crossed(old: tuple[PlacedPart, ...], new: tuple[PlacedPart, ...], start: Array) -> NDArray[np.bool_]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..ground.checks import Array
@@ -41,22 +43,38 @@ def _pieces(travel: float, tool: Tool) -> int:
     return int(np.clip(np.ceil(travel / (PART_OF_RADIUS * tool.radius)), 1, MOST_SUBSTEPS))
 
 
+class PathStart(NamedTuple):
+    """Where paths begin, in the frame of a part at the start of a step: local (N, 3) m, normal (N, 3) of the part."""
+
+    local: Array
+    normal: Array
+
+    @classmethod
+    def of(cls, part: PlacedPart, start: Array) -> PathStart:
+        local = part.to_local(start)
+        return cls(local, part.shape.gap_and_normal(local)[1])
+
+
 def crossed(old: PlacedPart, new: PlacedPart, start: Array, end: Array) -> bool:
-    """Whether any point goes through a part: paths from ``start`` to ``end`` (N, 3) while the part goes old -> new.
+    """Whether any point goes through a part: paths from ``start`` to ``end`` (N, 3) while the part goes old -> new."""
+    return path_crosses(PathStart.of(old, start), new, end)
+
+
+def path_crosses(start: PathStart, new: PlacedPart, end: Array) -> bool:
+    """The same for paths whose beginnings are known already.
 
     In the part's own frame a path that has been inside it and ends on the other side has crossed it. Paths too short
     for that are not looked at, so tissue deep inside a part leaves it on the nearest side.
     """
-    a, b = old.to_local(start), new.to_local(end)
-    length = np.sqrt(((b - a) ** 2).sum(1))
-    long = np.flatnonzero(length > SHORT * old.shape.radius)
+    shape, b = new.shape, new.to_local(end)
+    squared = ((b - start.local) ** 2).sum(1)
+    long = np.flatnonzero(squared > (SHORT * shape.radius) ** 2)
     if not len(long):
         return False
-    a, b = a[long], b[long]
-    side = (old.shape.gap_and_normal(a)[1] * old.shape.gap_and_normal(b)[1]).sum(1)
-    turned = np.flatnonzero(side < 0)
+    a, b = start.local[long], b[long]
+    turned = np.flatnonzero((start.normal[long] * shape.gap_and_normal(b)[1]).sum(1) < 0)
     if not len(turned):
         return False
     a, b = a[turned], b[turned]
-    pieces = int(np.clip(np.ceil(4 * float(length.max()) / old.shape.radius), 4, 100))
-    return any(bool((old.shape.gap_and_normal(a + t * (b - a))[0] < 0).any()) for t in np.linspace(0, 1, pieces + 1))
+    pieces = int(np.clip(np.ceil(4 * np.sqrt(squared.max()) / shape.radius), 4, 100))
+    return any(bool((shape.gap_and_normal(a + t * (b - a))[0] < 0).any()) for t in np.linspace(0, 1, pieces + 1))

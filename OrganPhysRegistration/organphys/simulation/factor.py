@@ -18,6 +18,7 @@ from scipy.linalg import lapack
 from ..ground.checks import Array
 from .body import Body
 from .incremental_potential import Evaluation, IncrementalPotential
+from .stiffness_matrix import stiffness_matrix
 
 Key = TypeVar("Key", bound=Hashable)
 Value = TypeVar("Value")
@@ -100,7 +101,7 @@ def _stiffness(body: Body, reference: Array) -> Stiffness:
     if not reference.any():
         return Stiffness(body, reference, body.elasticity.rest_hessian(), np.eye(3))
     rotation = mean_rotation(body, body.strain.gradients(reference))
-    return Stiffness(body, reference, body.elasticity.hessian(reference), rotation)
+    return Stiffness(body, reference, stiffness_matrix(body.strain, reference), rotation)
 
 
 def _base(stiffness: Stiffness, inertia: float, viscous: float) -> Base:
@@ -110,7 +111,7 @@ def _base(stiffness: Stiffness, inertia: float, viscous: float) -> Base:
     matrix = viscous * stiffness.matrix + rest
     lower, info = lapack.dpotrf(matrix, lower=1, clean=0)
     if info != 0:  # tissue under pressure is about to buckle
-        matrix = viscous * body.elasticity.hessian(stiffness.reference, project=True) + rest
+        matrix = viscous * stiffness_matrix(body.strain, stiffness.reference, definite=True) + rest
         lower = _cholesky(matrix)
     return Base(matrix, lower, stiffness)
 

@@ -1,4 +1,9 @@
-"""Local detail: extra functions and quadrature points where a tool touches, so that a poke makes a dimple."""
+"""Local detail: extra functions and quadrature points where a tool touches, so that a poke makes a dimple.
+
+The functions sit on a lattice fixed in the rest geometry. When the contact moves, those ahead of it are added and
+those behind it are dropped once they carry next to nothing: the tissue keeps its shape, and only what is new is
+computed.
+"""
 
 from __future__ import annotations
 
@@ -8,31 +13,30 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..ground.checks import Array, InputError, as_positive
-from ..points.sampling import farthest_points
 from .body import Body
-from .local_cells import inside_grid, refined_cells, within
+from .local_cells import lattice_near, within
 from .local_functions import LocalFunctions
 from .pins import spring_matrix
 from .simulation_basis import SimulationBasis
-from .state import BodyState
-from .state_transfer import untangled
 from .strain_energy import StrainEnergy
 
-FINER = 0.35  # spacing of the fine quadrature points in kernel radii
-AT_REST = 5e-5  # m: local displacements below this are dropped with their functions
-WIDER = 1.8  # kernel radius in spacings of the kernels
+FINER = 0.4  # spacing of the fine quadrature points in kernel radii
+CELLS = 0.8  # cells whose middle is within so many kernel radii of a kernel are refined
+AROUND = 4  # and so many cells nearest to each kernel
+WIDER = 1.8  # kernel radius in spacings of the lattice
+BESIDE = 0.3  # kernels may lie outside the body by so many spacings
 
 
 @dataclass(frozen=True)
 class LocalDetail:
-    """``count`` kernels (each three degrees of freedom) within ``radius`` m of the contact at rest.
+    """About ``count`` kernels (each three degrees of freedom) within ``radius`` m of the contact at rest.
 
     They follow the contact when it has moved by more than ``follow`` of the radius.
     """
 
     radius: float = 0.010
     count: int = 16
-    follow: float = 0.4
+    follow: float = 0.2
 
     def __post_init__(self) -> None:
         as_positive(self.radius, "radius of the local detail")
@@ -40,30 +44,74 @@ class LocalDetail:
         if self.count < 1:
             raise InputError(f"count: expected at least 1 kernel, got {self.count}")
 
+    @property
+    def spacing(self) -> float:
+        """Edge of the lattice, m: half of a ball of the radius holds ``count`` of its points."""
+        return float(self.radius * (2 / 3 * np.pi / self.count) ** (1 / 3))
+
 
 def with_detail(body: Body, centre: Array, detail: LocalDetail) -> Body:
     """The body with local functions round ``centre`` (3,), m at rest, in place of any it had.
 
     InputError if no tissue is there.
     """
+    return with_kernels(body, kernels_near(body, centre, detail))
+
+
+def kernels_near(body: Body, centre: Array, detail: LocalDetail) -> LocalFunctions:
+    """The kernels of the lattice round ``centre`` (3,), m at rest; InputError if no tissue is there."""
+    centres = _centres_near(body, centre, detail)
+    if not len(centres):
+        raise InputError(f"local detail: no tissue within {1000 * detail.radius:g} mm of the given point")
+    return LocalFunctions(centres, WIDER * detail.spacing, np.array(centre))
+
+
+def _centres_near(body: Body, centre: Array, detail: LocalDetail) -> Array:
+    """Lattice points (k, 3) in or just beside the tissue within the radius of ``centre``; the nearest 2 ``count``."""
+    lattice = lattice_near(centre, detail.radius, detail.spacing)
+    lattice = lattice[body.shape.surface.signed(lattice) < BESIDE * detail.spacing] if len(lattice) else lattice
+    if not len(lattice):
+        surface, points = body.samples.points, body.shape.points
+        near = [part[within(part, centre, detail.radius)] for part in (surface, points)]
+        return np.concatenate(near)[:1]
+    order = np.argsort(((lattice - centre) ** 2).sum(1), kind="stable")
+    return lattice[np.sort(order[: 2 * detail.count])]
+
+
+def with_kernels(body: Body, kernels: LocalFunctions) -> Body:
+    """The body with these local functions in place of any it had."""
     plain = body.plain or body
-    kernels = _kernels(plain, centre, detail)
-    cells = refined_cells(plain.shape, centre, kernels.reach, FINER * kernels.radius)
-    phi, slopes = plain.basis.phi_and_gradient(cells.new.points)
-    values, local_slopes = kernels.values_and_gradients(cells.new.points)
-    share = cells.new.weights / plain.shape.volumes.sum()
-    basis = plain.basis.with_local(kernels, phi, values, share)
-    coarse = plain.strain.rows.reshape(3, -1, plain.basis.size)[:, cells.kept]
-    rows = np.concatenate([coarse, slopes], axis=1)
-    away = np.zeros((*coarse.shape[:2], len(kernels.centres)))
-    local_rows = basis.local_values(rows, np.concatenate([away, local_slopes], axis=1))
+    away = cKDTree(kernels.centres).query(plain.strain.points)[0]
+    refined = away < CELLS * kernels.radius
+    nearest = cKDTree(plain.strain.points).query(kernels.centres, k=min(AROUND, len(away)))[1]
+    refined[nearest] = True
+    fine = plain.refined(_fine(kernels.radius)).of(np.flatnonzero(refined))
+    values, local_slopes = kernels.values_and_gradients(fine.points)
+    total = plain.shape.volumes.sum()
+    basis = plain.basis.with_local(kernels, fine.phi, values, fine.weights / total)
+    coarse = plain.strain.rows.reshape(3, -1, plain.basis.size)[:, ~refined]
+    rows = np.empty((3, coarse.shape[1] + len(fine.points), basis.size))
+    rows[:, : coarse.shape[1], : plain.basis.size] = coarse
+    rows[:, coarse.shape[1] :, : plain.basis.size] = fine.slopes
+    slopes = np.zeros((3, rows.shape[1], len(kernels.centres)))
+    slopes[:, coarse.shape[1] :] = local_slopes
+    rows[:, :, plain.basis.size :] = basis.local_values(rows[:, :, : plain.basis.size], slopes)
     strain = StrainEnergy(
-        np.concatenate([rows, local_rows], axis=2).reshape(-1, basis.size),
-        np.concatenate([plain.strain.points[cells.kept], cells.new.points]),
-        np.concatenate([plain.strain.weights[cells.kept], cells.new.weights]),
+        rows.reshape(-1, basis.size),
+        np.concatenate([plain.strain.points[~refined], fine.points]),
+        np.concatenate([plain.strain.weights[~refined], fine.weights]),
         body.tissue.material,
     )
     return replace(body, basis=basis, strain=strain, held=_held(plain, basis, kernels), plain=plain)
+
+
+def prepare(body: Body, detail: LocalDetail) -> None:
+    """Makes once what local functions need wherever they will be."""
+    (body.plain or body).refined(_fine(WIDER * detail.spacing))
+
+
+def _fine(radius: float) -> float:
+    return FINER * radius
 
 
 def _held(plain: Body, basis: SimulationBasis, kernels: LocalFunctions) -> Array:
@@ -74,72 +122,3 @@ def _held(plain: Body, basis: SimulationBasis, kernels: LocalFunctions) -> Array
     spread = np.concatenate([np.eye(plain.basis.size), -basis.local.overlap], axis=1)
     held: Array = spread.T @ plain.held @ spread
     return held
-
-
-def detail_state(state: BodyState, old: Body, new: Body) -> BodyState:
-    """The state of ``old`` for ``new``, which differs in its local functions: what these can tell is kept."""
-    n, size = old.basis.mixing.shape[1], new.basis.size
-    project = np.zeros((size, old.basis.size))
-    project[:n, :n] = np.eye(n)
-    if old.basis.local is not None and new.basis.local is not None:
-        project[n:, n:] = _local_products(new, old)
-    return state.projected(project)
-
-
-def _local_products(new: Body, old: Body) -> Array:
-    """Mass products (k', k) of the local columns of two bodies, the other columns being orthonormal."""
-    ours, theirs = new.basis.local, old.basis.local
-    assert ours is not None and theirs is not None
-    share = (new.strain.weights / new.strain.weights.sum())[:, None]
-    points = new.strain.points
-    products = ours.functions.values(points).T @ (share * theirs.functions.values(points))
-    return ours.mixing.T @ products @ theirs.mixing - ours.overlap.T @ theirs.overlap
-
-
-def contact_centre(body: Body, state: BodyState) -> Array | None:
-    """Rest position (3,) m of the middle of all contacts and grips, weighted by force and area; None: no contact."""
-    samples, weights = state.touch.sample, state.touch.force
-    held = [grip.sample for grip in state.grips if len(grip.sample)]
-    if held:
-        samples = np.concatenate(held)
-        weights = body.samples.areas[samples]
-    if not len(samples) or not weights.sum() > 0:
-        return None
-    middle: Array = weights @ body.samples.points[samples] / weights.sum()
-    return middle
-
-
-def followed(body: Body, state: BodyState, detail: LocalDetail) -> tuple[Body, BodyState]:
-    """Body and state with local functions made or moved where the contact asks for it, and dropped once at rest.
-
-    They stay where they are while moving them would turn tissue inside out.
-    """
-    centre, local, new = contact_centre(body, state), body.basis.local, body
-    if centre is None:
-        if local is not None and _dimple(body, state) < AT_REST:
-            new = body.plain or body
-    elif local is None or np.linalg.norm(local.functions.middle - centre) > detail.follow * detail.radius:
-        new = with_detail(body, centre, detail)
-    moved = None if new is body else untangled(new, detail_state(state, body, new), first=new.basis.mixing.shape[1])
-    return (body, state) if moved is None else (new, moved)
-
-
-def _dimple(body: Body, state: BodyState) -> float:
-    """Largest displacement of a contact sample by the local functions, m."""
-    n = body.basis.mixing.shape[1]
-    assert body.basis.local is not None
-    samples = np.flatnonzero(
-        within(body.samples.points, body.basis.local.functions.middle, body.basis.local.functions.reach)
-    )
-    return float(np.sqrt(((body.sample_phi(samples)[:, n:] @ state.z[n:]) ** 2).sum(1).max(initial=0.0)))
-
-
-def _kernels(body: Body, centre: Array, detail: LocalDetail) -> LocalFunctions:
-    """Kernels spread evenly over the tissue near ``centre``, half of it the surface."""
-    grid = inside_grid(body.shape, centre, detail.radius, detail.radius / 5)
-    points = np.concatenate([grid, body.samples.points[within(body.samples.points, centre, detail.radius)]])
-    if not len(points):
-        raise InputError(f"local detail: no tissue within {1000 * detail.radius:g} mm of the given point")
-    centres = points[farthest_points(points, detail.count)]
-    spacing = detail.radius if len(centres) < 2 else float(np.median(cKDTree(centres).query(centres, k=2)[0][:, 1]))
-    return LocalFunctions(centres, WIDER * spacing, np.array(centre))

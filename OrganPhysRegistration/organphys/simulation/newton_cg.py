@@ -33,33 +33,41 @@ class Solved(NamedTuple):
 
 
 def minimise(
-    potential: IncrementalPotential, starts: tuple[Array, ...], reference: Array, cache: FactorCache
+    potential: IncrementalPotential,
+    starts: tuple[Array, ...],
+    reference: Array,
+    cache: FactorCache,
+    *,
+    effort: int | None = None,
 ) -> Solved:
     """Minimum from the first of ``starts`` (n, 3) that is admissible; the last one must be.
 
-    ``reference`` (n, 3): where the preconditioner takes its stiffness.
+    ``reference`` (n, 3): where the preconditioner takes its stiffness; ``effort``: about so many evaluations and
+    Hessian products at most, those of the options if not given.
     The report's residual is the norm of the gradient over the largest force. With ``Stop.STALLED`` or STEP_LIMIT the
     state is still finite, just not as exact as asked.
     """
     at = _first_admissible(potential, starts)
     evaluations, cg_steps = 1, 0
+    effort = potential.options.effort if effort is None else effort
     for iteration in range(potential.options.newton_steps + 1):
         largest = max(at.largest, LEAST_FORCE * potential.body.mass)
         norm = float(np.linalg.norm(at.gradient))
         goal = potential.options.tolerance * largest
         if norm <= goal:
             return Solved(at, SolveReport(Stop.CONVERGED, iteration, evaluations, norm / largest), cg_steps)
-        if iteration == potential.options.newton_steps:
+        left = effort - evaluations - cg_steps
+        if iteration == potential.options.newton_steps or left <= 0:
             break
         factor = cache.factor(potential, at, reference)
-        direction, used = _direction(potential, at, factor, max(FORCING * norm, 0.3 * goal))
+        direction, used = _direction(potential, at, factor, max(FORCING * norm, 0.3 * goal), min(CG_STEPS, left))
         cg_steps += used
         trial, tried = _line_search(potential, at, direction)
         evaluations += tried
         if trial is None:
             return Solved(at, SolveReport(Stop.STALLED, iteration, evaluations, norm / largest), cg_steps)
         at = trial
-    report = SolveReport(Stop.STEP_LIMIT, potential.options.newton_steps, evaluations, norm / largest)
+    report = SolveReport(Stop.STEP_LIMIT, iteration, evaluations, norm / largest)
     return Solved(at, report, cg_steps)
 
 
@@ -75,13 +83,15 @@ def _first_admissible(potential: IncrementalPotential, starts: tuple[Array, ...]
     return at
 
 
-def _direction(potential: IncrementalPotential, at: Evaluation, factor: Factor, goal: float) -> tuple[Array, int]:
-    """Newton direction (n, 3) with a residual of at most ``goal`` N, and the number of Hessian products."""
+def _direction(
+    potential: IncrementalPotential, at: Evaluation, factor: Factor, goal: float, most: int
+) -> tuple[Array, int]:
+    """Newton direction (n, 3) with a residual of at most ``goal`` N, and its Hessian products, <= ``most``."""
     tangent = potential.tangent(at)
     x, r = np.zeros_like(at.gradient), -at.gradient
     y = factor.solve(r)
     p, ry = y, float((r * y).sum())
-    for k in range(CG_STEPS):
+    for k in range(most):
         q = potential.product(tangent, p)
         curvature = float((p * q).sum())
         if curvature <= 0:
@@ -94,7 +104,7 @@ def _direction(potential: IncrementalPotential, at: Evaluation, factor: Factor, 
         y = factor.solve(r)
         ry, before = float((r * y).sum()), ry
         p = y + (ry / before) * p
-    return x, CG_STEPS
+    return x, most
 
 
 def _line_search(potential: IncrementalPotential, at: Evaluation, direction: Array) -> tuple[Evaluation | None, int]:

@@ -18,8 +18,10 @@ class SimulationOptions:
     gravity (3,) m/s^2 along the scene's axes (see ``gravity_along``); scheme "backward_euler" (damps on its own) or
     "bdf2" (second order). Damping of Rayleigh's kind: mass_damping in 1/s, stiffness_damping in s. tolerance: residual
     force of a step in parts of the largest force of its balance; the rms error of the step's positions is then below
-    dt^2 times the residual over the mass (``BodyReport.error_m``) where the energy is convex. newton_steps bounds the
-    time of a step; one that ends there is less exact, which its report says, and sound all the same.
+    dt^2 times the residual over the mass (``BodyReport.error_m``) where the energy is convex. newton_steps and effort
+    (evaluations and Hessian products of a body) bound the time of a step, all its sub-steps together; one that ends
+    there is less exact, which its report says (``Stop.STEP_LIMIT``), and sound all the same. Counts instead of a clock
+    keep runs deterministic.
     contact_gap m: distance at which tools begin to push; contact_pressure Pa: scale of that push; friction:
     Coulomb coefficient; slip_speed m/s: below it friction sticks softly.
     """
@@ -30,6 +32,7 @@ class SimulationOptions:
     stiffness_damping: float = 0.005
     tolerance: float = 1e-3
     newton_steps: int = 15
+    effort: int = 150
     contact_gap: float = 1e-3
     contact_pressure: float = 1e5
     friction: float = 0.2
@@ -44,8 +47,9 @@ class SimulationOptions:
             value = getattr(self, name)
             if not np.isfinite(value) or value < 0:
                 raise InputError(f"{name}: expected a finite number of at least 0, got {value}")
-        if self.newton_steps < 1:
-            raise InputError(f"newton_steps: expected at least 1, got {self.newton_steps}")
+        for name in ("newton_steps", "effort"):
+            if getattr(self, name) < 1:
+                raise InputError(f"{name}: expected at least 1, got {getattr(self, name)}")
 
 
 def gravity_along(direction: Array, strength: float = STANDARD_GRAVITY) -> Array:

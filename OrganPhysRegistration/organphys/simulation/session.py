@@ -8,7 +8,8 @@ from typing import NamedTuple
 from ..ground.checks import InputError, as_positive
 from .body import Body
 from .factor import FactorCache
-from .local_detail import LocalDetail, followed
+from .local_detail import LocalDetail, prepare
+from .local_following import followed
 from .options import SimulationOptions
 from .pins import Pin
 from .scene import Scene
@@ -63,6 +64,9 @@ class Simulation:
         self._marks: list[tuple[Snapshot, int]] = []
         self._detail = detail
         self._cache = FactorCache()
+        if detail is not None:
+            for body in scene.bodies:
+                prepare(body, detail)
 
     @property
     def scene(self) -> Scene:

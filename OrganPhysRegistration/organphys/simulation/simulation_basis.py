@@ -139,7 +139,7 @@ def _orthonormal(gram: Array, scale: Array) -> Array:
 
     ``scale`` (k,): squared norms of the columns before others were taken out of them.
     """
-    norms = np.sqrt(scale)
+    norms = np.maximum(np.sqrt(scale), 1e-100)  # a column that is zero is left out
     size, vectors = np.linalg.eigh(gram / np.outer(norms, norms))
     kept = size > INDEPENDENT
     return (vectors[:, kept] / np.sqrt(size[kept])) / norms[:, None]

@@ -45,7 +45,7 @@ def step(
         after = tuple(between(a, b, (k + 1) / count) for a, b in zip(state.tools, poses, strict=True))
         motion = Motion(scene.tools, before, after, owner)
         results = [
-            advance(body, old, motion, scene.options, dt / count, cache)
+            advance(body, old, motion, scene.options, dt / count, cache, pieces=count)
             for body, old in zip(scene.bodies, bodies, strict=True)
         ]
         bodies, reports, before = tuple(r[0] for r in results), tuple(r[1] for r in results), after

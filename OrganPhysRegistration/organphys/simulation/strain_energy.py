@@ -86,7 +86,7 @@ class StrainEnergy:
 
     def hessian_product(self, tangent: Tangent, change: Array) -> Array:
         """Second derivative of the energy times ``change`` (n, 3), to single precision: (n, 3)."""
-        df = _times(self._rows32, change.astype(np.float32))
+        df = _times(self.rows32, change.astype(np.float32))
         out = np.float32(self.material.mu) * df
         out += tangent.slope * _cofactor_change(tangent.gradient, df)
         out += (tangent.curvature * np.einsum("amq,amq->q", tangent.cofactor, df)) * tangent.cofactor
@@ -94,10 +94,11 @@ class StrainEnergy:
             viscous = self._viscous(_right_product(tangent.start, df))
             out += np.float32(tangent.viscous) * _product(tangent.start, viscous)
         out *= self._weights32
-        return _transposed_times(self._rows32, out).astype(np.float64)
+        return _transposed_times(self.rows32, out).astype(np.float64)
 
     @cached_property
-    def _rows32(self) -> Single:
+    def rows32(self) -> Single:
+        """``rows`` in single precision."""
         return self.rows.astype(np.float32)
 
     @cached_property
