@@ -9,6 +9,7 @@ lengths of the other jaws and all radii are nominal, rounded values for contact 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -33,8 +34,9 @@ class Instrument:
     """One instrument: lengths in m, angles in degrees.
 
     wrist_length: from the pitch axis to the hinge of the jaws (the table's a of the last row); jaw_length: hinge to
-    tip; jaw_radius: of the capsule that stands for one jaw in contact; half_width: of the jaws along the hinge; shaft_radius; insertion:
-    largest, from 0; jaw: range of the opening, below 0 the closed jaws press harder; other ranges are symmetric.
+    tip; jaw_radius: of the capsule that stands for one jaw in contact; half_width: of the jaws along the hinge;
+    shaft_radius; insertion: largest, from 0; jaw: range of the opening, below 0 the closed jaws press harder; the
+    other ranges are symmetric; grip_force N: more than that pulls tissue out of the closed jaws.
     """
 
     name: str
@@ -62,18 +64,20 @@ class Instrument:
                 f"got {self.pitch}, {self.wrist_pitch}, {self.roll}"
             )
 
-    @property
+    @cached_property
     def limits(self) -> Array:
         """Lowest and highest value (6, 2) of each joint, rad and m."""
         top = np.radians([self.yaw, self.pitch, 0.0, self.roll, self.wrist_pitch, self.wrist_yaw])
         limits = np.stack([-top, top], axis=1)
         limits[2] = 0.0, self.insertion
+        limits.flags.writeable = False
         return limits
 
-    @property
+    @cached_property
     def home(self) -> Array:
         """Joints (6,) in the middle of their ranges: straight, half inserted."""
         middle: Array = self.limits.mean(1)
+        middle.flags.writeable = False
         return middle
 
 

@@ -16,7 +16,7 @@ from ..ground.checks import Array, InputError
 from ..ground.frames import Similarity
 from .instruments import INSTRUMENTS, JOINTS, Instrument
 from .psm_inverse import inverse_joints, pose_errors
-from .psm_kinematics import jacobian, links
+from .psm_kinematics import Links, jacobian, links
 from .psm_meshes import PlacedMesh, psm_meshes
 from .psm_tool import psm_tool
 from .psm_trocar import default_trocar
@@ -88,13 +88,9 @@ class Psm:
 
     def poses(self, joints: Array, jaw_deg: Array) -> tuple[ToolPose, ...]:
         """The poses at joints (T, 6) and jaw_deg (T,)."""
-        if not np.isfinite(jaw_deg).all():
-            raise InputError("jaw_deg: expected finite angles in degrees")
-        at, turn = links(joints, self.instrument), self.T_scene_rcm[:3, :3]
-        rows = zip(
-            at.hinge @ turn.T + self.rcm, turn @ at.tool_rotation, turn @ at.shaft_rotation, jaw_deg, strict=True
-        )
-        return tuple(ToolPose(p, r, float(jaw), shaft) for p, r, shaft, jaw in rows)
+        if not (np.isfinite(joints).all() and np.isfinite(jaw_deg).all()):
+            raise InputError("joints, jaw_deg: expected finite numbers")
+        return self._in_scene(links(joints, self.instrument), jaw_deg)
 
     def jacobian(self, joints: ArrayLike) -> Array:
         """(6, 6) in the scene's axes: hinge velocity (m) and angular velocity (rad) per rad or m of each joint."""
@@ -108,35 +104,49 @@ class Psm:
         ``near`` None: nearest to the middle of the ranges. InputError for numbers that are not finite.
         """
         pose = checked_pose(pose, "tool pose")
-        path = self.inverse_path(pose.rotation[None], pose.position[None], np.array([pose.jaw_deg]), near=near)
-        names = tuple(name for name, hit in zip((*JOINTS, "jaw"), path.clamped[0], strict=True) if hit)
-        return PsmSolution(
-            path.joints[0],
-            float(path.jaw_deg[0]),
-            self.poses(path.joints, path.jaw_deg)[0],
-            float(path.position_error_m[0]),
-            float(path.rotation_error_deg[0]),
-            names,
-        )
+        start = self.home if near is None else as_joints(near)
+        rotation, hinge = self._in_rcm(pose.rotation[None], pose.position[None])
+        joints, clamped = inverse_joints(rotation, hinge, start[None], self.instrument)
+        reached = links(joints, self.instrument)
+        away, angle = pose_errors(reached, rotation, hinge)
+        jaw, beyond = self._jaw(np.array([pose.jaw_deg]))
+        names = tuple(name for name, hit in zip((*JOINTS, "jaw"), (*clamped[0], beyond[0]), strict=True) if hit)
+        at = self._in_scene(reached, jaw)[0]
+        return PsmSolution(joints[0], at.jaw_deg, at, float(away[0]), float(angle[0]), names)
 
     def inverse_path(
         self, rotations: Array, positions: Array, jaw_deg: Array, *, near: ArrayLike | None = None
     ) -> PsmPath:
-        """Joints for poses in a row: rotations (T, 3, 3), positions (T, 3) m, jaw_deg (T,), each near the one before.
+        """Joints for poses in a row: rotations (T, 3, 3), positions (T, 3) m, jaw_deg (T,).
 
-        They must be finite and the rotations proper; ``inverse`` and trajectories check that.
+        The roll goes on from pose to pose; where the wrist is within 15.6 mm of the trocar and more than one
+        configuration is possible, the one nearest to ``near`` is taken for each pose. The poses must be finite and
+        the rotations proper: ``inverse`` and trajectories check that.
         """
-        turn = self.T_scene_rcm[:3, :3]
-        hinge, wanted = (positions - self.rcm) @ turn, turn.T @ rotations
+        rotations, hinge = self._in_rcm(rotations, positions)
         start = self.home if near is None else as_joints(near)
-        joints, clamped = inverse_joints(wanted, hinge, np.tile(start, (len(hinge), 1)), self.instrument)
-        jumps = np.zeros(len(hinge), dtype=bool)
-        if len(hinge) > 1:
-            joints[:, 3], jumps = steady_roll(joints[:, 3], start[3], np.radians(self.instrument.roll))
+        joints, clamped = inverse_joints(rotations, hinge, np.tile(start, (len(hinge), 1)), self.instrument)
+        joints[:, 3], jumps = steady_roll(joints[:, 3], start[3], np.radians(self.instrument.roll))
+        away, angle = pose_errors(links(joints, self.instrument), rotations, hinge)
+        jaw, beyond = self._jaw(jaw_deg)
+        return PsmPath(joints, jaw, away, angle, np.column_stack([clamped, beyond]), jumps)
+
+    def _in_rcm(self, rotations: Array, positions: Array) -> tuple[Array, Array]:
+        turn = self.T_scene_rcm[:3, :3]
+        return turn.T @ rotations, (positions - self.rcm) @ turn
+
+    def _in_scene(self, at: Links, jaw_deg: Array) -> tuple[ToolPose, ...]:
+        turn = self.T_scene_rcm[:3, :3]
+        rows = zip(
+            at.hinge @ turn.T + self.rcm, turn @ at.tool_rotation, turn @ at.shaft_rotation, jaw_deg, strict=True
+        )
+        return tuple(ToolPose(p, r, float(jaw), shaft) for p, r, shaft, jaw in rows)
+
+    def _jaw(self, jaw_deg: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Openings within their range, and which were not."""
         low, high = self.instrument.jaw
-        beyond = (jaw_deg < low - SLACK_DEG) | (jaw_deg > high + SLACK_DEG)
-        away, angle = pose_errors(joints, wanted, hinge, self.instrument)
-        return PsmPath(joints, np.clip(jaw_deg, low, high), away, angle, np.column_stack([clamped, beyond]), jumps)
+        inside = np.minimum(np.maximum(jaw_deg, low), high)
+        return inside, np.abs(inside - jaw_deg) > SLACK_DEG
 
     def tool(self) -> Tool:
         """Contact shapes: two jaws, the wrist and the shaft; they follow the poses that this arm gives."""

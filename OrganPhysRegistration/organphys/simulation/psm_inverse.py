@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 
 from ..ground.checks import Array
 from .instruments import BEHIND_RCM, Instrument
-from .psm_kinematics import links
+from .psm_kinematics import Links, links
 
 TINY = 1e-9  # m: wrist so near to the RCM that the shaft's direction is open
 SLACK = 1e-9  # rad, m: beyond a limit by rounding
 TURN = 2 * np.pi
+NEXT, AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])
 PER_DEGREE = 1e-3  # m: an error of 1 deg counts as one of 1 mm where a pose is out of reach
 
 
@@ -38,23 +39,22 @@ def inverse_joints(
     outside = (joints < low - SLACK) | (joints > high + SLACK)
     odd = np.flatnonzero(outside.any(1) | (joints[:, 2] < 2 * BEHIND_RCM + SLACK))
     clamped = np.zeros(joints.shape, dtype=bool)
-    joints = np.clip(joints, low, high)
+    joints = np.minimum(np.maximum(joints, low), high)
     if len(odd):
         joints[odd], clamped[odd] = _best_branch(rotation[odd], hinge[odd], near[odd], instrument)
     return joints, clamped
 
 
-def pose_errors(joints: Array, rotation: Array, hinge: Array, instrument: Instrument) -> tuple[Array, Array]:
+def pose_errors(reached: Links, rotation: Array, hinge: Array) -> tuple[Array, Array]:
     """Distance (N,) m of the hinge and angle (N,) deg of the tool from the wanted pose in the RCM frame."""
-    reached = links(joints, instrument)
-    away = np.sqrt(((reached.hinge - hinge) ** 2).sum(1))
-    return away, angle_between(reached.tool_rotation, rotation)
+    away = reached.hinge - hinge
+    return np.sqrt(_dot(away, away)), angle_between(reached.tool_rotation, rotation)
 
 
 def angle_between(a: Array, b: Array) -> Array:
     """Angle (N,) in degrees between rotations (N, 3, 3) by |A - B| = 2 sqrt(2) sin(angle / 2): exact when small."""
-    chord = np.sqrt(((a - b) ** 2).sum((1, 2))) / np.sqrt(8.0)
-    return np.degrees(2 * np.arcsin(np.minimum(chord, 1.0)))
+    apart = (a - b).reshape(-1, 9)
+    return np.degrees(2 * np.arcsin(np.minimum(np.sqrt(_dot(apart, apart) / 8), 1.0)))
 
 
 def _best_branch(rotation: Array, hinge: Array, near: Array, instrument: Instrument) -> tuple[Array, NDArray[np.bool_]]:
@@ -65,7 +65,7 @@ def _best_branch(rotation: Array, hinge: Array, near: Array, instrument: Instrum
     ranges = np.ptp(instrument.limits, axis=1)
     cost = np.zeros(joints.shape[:2])
     for k, candidate in enumerate(joints):
-        away, turn = pose_errors(candidate, rotation, hinge, instrument)
+        away, turn = pose_errors(links(candidate, instrument), rotation, hinge)
         cost[k] = np.round((away + PER_DEGREE * turn) / 1e-9)
     far = np.sqrt((((joints - near) / ranges) ** 2).sum(2))
     best = np.lexsort((far, cost), axis=0)[0]
@@ -81,18 +81,19 @@ def _branch(
     z5 = normal_sign * _unit_normal(hinge, y5)
     x5 = _cross(y5, z5)
     wrist = hinge - instrument.wrist_length * x5
-    depth = np.sqrt((wrist**2).sum(1))
+    depth = np.sqrt(_dot(wrist, wrist))
     z4 = side * wrist / np.maximum(depth, TINY)[:, None]
     open_shaft = depth < TINY
     if open_shaft.any():
         z4[open_shaft] = _nearest_shaft(near[open_shaft], z5[open_shaft], x5[open_shaft])
     q = np.empty((len(hinge), 6))
     q[:, 0] = np.arctan2(z4[:, 0], -z4[:, 2])
-    q[:, 1] = np.arcsin(np.clip(-z4[:, 1], -1.0, 1.0))
+    q[:, 1] = np.arcsin(np.minimum(np.maximum(-z4[:, 1], -1.0), 1.0))
     q[:, 2] = side * depth + BEHIND_RCM
-    s1, c1, s2, c2 = np.sin(q[:, 0]), np.cos(q[:, 0]), np.sin(q[:, 1]), np.cos(q[:, 1])
-    along_x3 = -s2 * s1 * z5[:, 0] - c2 * z5[:, 1] + s2 * c1 * z5[:, 2]
-    along_y3 = -c1 * z5[:, 0] - s1 * z5[:, 2]
+    (s1, s2), (c1, c2) = np.sin(q[:, :2]).T, np.cos(q[:, :2]).T
+    zx, zy, zz = z5.T
+    along_x3 = s2 * (c1 * zz - s1 * zx) - c2 * zy
+    along_y3 = -c1 * zx - s1 * zz
     q[:, 3] = _nearest_turn(np.arctan2(-along_x3, along_y3), near[:, 3], np.radians(instrument.roll))
     x4 = _cross(z5, z4)
     q[:, 4] = np.arctan2(_dot(x5, x4), _dot(x5, z4))
@@ -131,7 +132,7 @@ def _aimed(joints: Array, hinge: Array, instrument: Instrument) -> Array:
 def _unit_normal(hinge: Array, y5: Array) -> Array:
     """Unit normal (N, 3) of the plane of hinge position and hinge axis; any one where they are parallel."""
     normal = _cross(hinge, y5)
-    length = np.sqrt((normal**2).sum(1))
+    length = np.sqrt(_dot(normal, normal))
     flat = length < TINY
     if flat.any():
         normal[flat] = _cross(y5[flat], np.eye(3)[np.abs(y5[flat]).argmin(1)])
@@ -162,10 +163,10 @@ def _nearest_turn(roll: Array, near: Array, limit: float) -> Array:
 
 def _cross(a: Array, b: Array) -> Array:
     """Cross product (N, 3); numpy's own takes longer for few rows."""
-    out: Array = a[:, [1, 2, 0]] * b[:, [2, 0, 1]] - a[:, [2, 0, 1]] * b[:, [1, 2, 0]]
+    out: Array = a.take(NEXT, 1) * b.take(AFTER, 1) - a.take(AFTER, 1) * b.take(NEXT, 1)
     return out
 
 
 def _dot(a: Array, b: Array) -> Array:
-    out: Array = (a * b).sum(1)
+    out: Array = np.einsum("ij,ij->i", a, b)
     return out

@@ -85,7 +85,8 @@ def _shaft_tip(radius: float, neck: float) -> Solid:
     """Metal end of the shaft: a collar and two ears that hold the pitch axis (y)."""
     collar = rod("z", [(-neck - 1e-4, 0.90 * radius), (-neck, 0.97 * radius), (-1.25 * radius, 0.97 * radius)], 32)
     outline = radius * np.concatenate([[[-1.4, -0.55]], _half_circle(0.62, -90.0), [[-1.4, 0.55]]])
-    ears = [extruded(outline, "y", *sorted((s * 0.5 * radius, s * 0.78 * radius)), 2e-4) for s in (-1, 1)]
+    inner, outer = 0.5 * radius, 0.78 * radius
+    ears = [extruded(outline, "y", low, low + outer - inner, 2e-4) for low in (-outer, inner)]
     pin = extruded(circle(0.22 * radius, 16), "y", -0.86 * radius, 0.86 * radius, 1e-4)
     return joined(collar, *ears, pin)
 
@@ -100,7 +101,8 @@ def _wrist(instrument: Instrument) -> Solid:
     base = upper - 3e-4
     tip = radius * _half_circle(0.54, 0.0) + np.array([0.0, length])
     outline = np.concatenate([[[0.58 * radius, base]], tip, [[-0.58 * radius, base]]])
-    ears = [extruded(outline, "x", *sorted((s * 0.52 * radius, s * 0.78 * radius)), 2e-4) for s in (-1, 1)]
+    inner, outer = 0.52 * radius, 0.78 * radius
+    ears = [extruded(outline, "x", low, low + outer - inner, 2e-4) for low in (-outer, inner)]
     pin = extruded(circle(0.22 * radius, 16), "x", -0.86 * radius, 0.86 * radius, 1e-4)
     return joined(drum, body, *ears, pin)
 

@@ -113,8 +113,8 @@ class PlacedPart(NamedTuple):
 
 
 def place(tool: Tool, pose: ToolPose) -> tuple[PlacedPart, ...]:
-    """The tool's parts in the scene. Without a ``shaft_rotation`` a wrist is straight."""
-    half, x = np.radians(pose.jaw_deg) / 2, np.array([1.0, 0.0, 0.0])
+    """The tool's parts in the scene. Without a ``shaft_rotation`` a wrist is straight; below 0 deg jaws stay closed."""
+    half, x = np.radians(max(pose.jaw_deg, 0.0)) / 2, np.array([1.0, 0.0, 0.0])
     turns = {jaw: pose.rotation @ rotation_about(x, jaw * half) for jaw in (-1, 0, 1)}
     frames = {("tool", jaw): (turn, pose.position) for jaw, turn in turns.items()}
     if tool.wrist_length:
