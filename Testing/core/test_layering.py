@@ -47,7 +47,7 @@ THIRD_PARTY = {
     "elastic": NUMERIC,
     "asset": NUMERIC,
     "simulation": NUMERIC | {"torch", "warp"},
-    "exports": NUMERIC | {"vtk", "vtkmodules", "matplotlib", "PIL", "SimpleITK", "plyfile"},
+    "exports": NUMERIC | {"vtk", "vtkmodules", "matplotlib", "PIL", "SimpleITK", "plyfile", "meshio", "pytetwild"},
     "pipeline": NUMERIC | {"threadpoolctl"},
 }
 THIRD_PARTY_OF_FILE = {("basis", "learned"): {"torch"}}  # a file whose name starts so may import this as well

@@ -86,7 +86,8 @@ def _checked_members(archive: zipfile.ZipFile, size: int, file: Path, header_nam
     members = archive.infolist()
     names = [m.filename for m in members]
     if header_name not in names or len(set(names)) != len(names) or len(names) > MAX_MEMBERS:
-        raise InputError(f"{file}: is no such file (no unique {header_name} in it); name one that organphys wrote")
+        wanted = "an .organphys file" if header_name == "organ.json" else "one that organphys wrote"
+        raise InputError(f"{file}: is not what is read here (no unique {header_name} in it); name {wanted}")
     if sum(m.file_size for m in members) > size or any(m.compress_type != zipfile.ZIP_STORED for m in members):
         raise _damaged(file, "members larger than the file, or compressed")
     arrays = [m for m in members if m.filename != header_name]

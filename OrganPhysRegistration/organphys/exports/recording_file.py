@@ -1,7 +1,8 @@
 """A recording of a simulation as an .npz that ``numpy.load`` opens too: bodies, tools, start and all that was done.
 
 The header member recording.json holds the records; moves are stacked: move_dt (M,) s, move_position (M, T, 3) m,
-move_rotation (M, T, 3, 3), move_jaw_deg (M, T), for M steps and T tools, in scene axes. No pickle, no code.
+move_rotation (M, T, 3, 3), move_jaw_deg (M, T) and move_shaft_rotation (M, T, 3, 3), NaN where the shaft turns with the
+tool, for M steps and T tools, in scene axes. No pickle, no code.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from .. import __version__
 from ..asset.array_archive import archive_bytes, read_archive
 from ..ground.atomic_file import write_bytes
-from ..ground.checks import InputError
+from ..ground.checks import Array, InputError
 from ..simulation.local_detail import LocalDetail
 from ..simulation.options import SimulationOptions
 from ..simulation.record_tree import RecordTable, record_of
@@ -78,30 +79,41 @@ def _event_trees(events: Sequence[Event], table: RecordTable) -> list[Any]:
 
 
 def _stacked(moves: Sequence[Move], tools: int) -> dict[str, np.ndarray]:
-    poses = [pose for move in moves for pose in move.poses]
+    poses, rows = [pose for move in moves for pose in move.poses], (len(moves), tools)
+    none = np.full((3, 3), np.nan)
+    shafts = [none if p.shaft_rotation is None else p.shaft_rotation for p in poses]
     return {
         "move_dt": np.array([move.dt for move in moves], dtype=np.float64),
-        "move_position": np.array([p.position for p in poses], dtype=np.float64).reshape(len(moves), tools, 3),
-        "move_rotation": np.array([p.rotation for p in poses], dtype=np.float64).reshape(len(moves), tools, 3, 3),
-        "move_jaw_deg": np.array([p.jaw_deg for p in poses], dtype=np.float64).reshape(len(moves), tools),
+        "move_position": np.array([p.position for p in poses], dtype=np.float64).reshape(*rows, 3),
+        "move_rotation": np.array([p.rotation for p in poses], dtype=np.float64).reshape(*rows, 3, 3),
+        "move_jaw_deg": np.array([p.jaw_deg for p in poses], dtype=np.float64).reshape(rows),
+        "move_shaft_rotation": np.array(shafts, dtype=np.float64).reshape(*rows, 3, 3),
     }
 
 
 def _events(trees: Sequence[Any], arrays: Mapping[str, np.ndarray]) -> tuple[Event, ...]:
-    dt, position, rotation, jaw = (arrays[f"move_{name}"] for name in ("dt", "position", "rotation", "jaw_deg"))
-    count, tools = jaw.shape
-    if dt.shape != (count,) or position.shape != (count, tools, 3) or rotation.shape != (count, tools, 3, 3):
+    names = ("dt", "position", "rotation", "jaw_deg", "shaft_rotation")
+    dt, *rest = (arrays[f"move_{name}"] for name in names)
+    count, tools = rest[2].shape
+    if [part.shape for part in (dt, *rest)] != [
+        (count,), (count, tools, 3), (count, tools, 3, 3), (count, tools), (count, tools, 3, 3),
+    ]:  # fmt: skip
         raise InputError("the moves have arrays of different lengths")
     if sum(tree for tree in trees if isinstance(tree, int)) != count:
         raise InputError("the events name another number of moves than there are")
     moves = iter(
-        Move(tuple(ToolPose(p.copy(), r.copy(), float(j)) for p, r, j in zip(*step, strict=True)), float(seconds))
-        for seconds, *step in zip(dt, position, rotation, jaw, strict=True)
+        Move(tuple(_pose(*tool) for tool in zip(*step, strict=True)), float(seconds))
+        for seconds, *step in zip(dt, *rest, strict=True)
     )
     out: list[Event] = []
     for tree in trees:
         out += [next(moves) for _ in range(tree)] if isinstance(tree, int) else [record_of(tree, arrays)]
     return tuple(out)
+
+
+def _pose(position: Array, rotation: Array, jaw_deg: float, shaft: Array) -> ToolPose:
+    turned = None if np.isnan(shaft).any() else shaft.copy()
+    return ToolPose(position.copy(), rotation.copy(), float(jaw_deg), turned)
 
 
 def _checked(recording: Recording) -> Recording:
