@@ -34,8 +34,9 @@ def organ_body(
     """
     tissue = tissue or tissue_for(organ.name)
     unit = metres_per_unit(organ)
-    points = organ.map_points(organ.volume_points) * unit
-    stretch = np.linalg.det(organ.deformation_gradient(organ.volume_points))
+    u, slope = organ.deformation.inside(organ.volume_points)  # without baking the field beside the organ
+    points = organ.T_scene_ct.apply(organ.volume_points + u) * unit
+    stretch = np.linalg.det(slope + np.eye(3))
     volumes = 1e-6 * organ.volume_ml * stretch / len(points)
     shape = rest_shape(
         points,
