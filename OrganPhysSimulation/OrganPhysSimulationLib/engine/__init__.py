@@ -1,0 +1,1 @@
+"""The running simulation without Slicer: numpy in, numpy out."""

@@ -1,0 +1,1 @@
+"""What the user chose in the scene, as the simulator takes it."""

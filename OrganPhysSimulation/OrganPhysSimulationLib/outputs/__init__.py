@@ -1,0 +1,1 @@
+"""Nodes and files that a simulation writes."""

@@ -1,0 +1,1 @@
+"""Things drawn in the 3D views that are no nodes."""
