@@ -55,8 +55,10 @@ class ElasticOptions:
     move_tolerance: float = 5e-4
 
     @classmethod
-    def stiffness(cls, preset: str) -> ElasticOptions:
-        """Presets name the last alpha: conservative 0.04, moderate 0.015 (default), aggressive 0.006."""
+    def stiffness(cls, preset: str | float) -> ElasticOptions:
+        """Presets name the last alpha: conservative 0.04, moderate 0.015 (default), aggressive 0.006; so may a number."""
+        if not isinstance(preset, str):
+            return cls.down_to(float(preset))
         return cls.down_to(LAST_ALPHA[one_of(preset, "stiffness", tuple(LAST_ALPHA))])
 
     @classmethod

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..asset.baked_surface import BakedSurface
 from ..ground.checks import InputError
 from ..ground.frames import Similarity
 from ..ground.notices import Notice
@@ -15,6 +16,7 @@ from .case import Case
 from .finished_case import FinishedCase, finish_case
 from .registration import Registration
 from .stage_metrics import Metrics, pose_metrics
+from .verdict import Verdict, verdict_of
 
 
 @dataclass(frozen=True)
@@ -26,19 +28,32 @@ class CaseState:
     metrics: Mapping[str, Metrics] = field(default_factory=dict)
     finished: FinishedCase | None = None
 
-    def followed_by(self, stages: Mapping[str, Any]) -> CaseState:
-        """The state with these stages; what is known of those it shares with them is kept."""
+    def followed_by(self, stages: Mapping[str, Any], baked: BakedSurface | None = None) -> CaseState:
+        """The state with these stages; what is known of those it shares with them is kept. ``baked``: see
+        ``finish_case``."""
         metrics, finished = {}, None
         for name, stage in stages.items():
-            known = stage is self.stages.get(name)
+            known = name in self.metrics and self._same(name, stage)
             if name == "elastic":
-                finished = self.finished if known and self.finished else finish_case(self.case, stage.result)
+                finished = self.finished if known and self.finished else finish_case(self.case, stage.result, baked)
                 metrics[name] = finished.metrics
             elif known:
                 metrics[name] = self.metrics[name]
             else:
                 metrics[name] = pose_metrics(self.case, stage.T_scene_ct)
         return CaseState(self.case, stages, metrics, finished)
+
+    def changed(self, case: Case) -> CaseState:
+        """The same stages of a changed case."""
+        same_mm = case.stated_mm == self.case.stated_mm
+        return CaseState(case, self.stages, self.metrics if same_mm else {}, self.finished if same_mm else None)
+
+    def _same(self, name: str, stage: Any) -> bool:
+        """Whether a stage is the one known, or has its pose, on which the figures of a rigid one depend alone."""
+        known = self.stages.get(name)
+        if stage is known or known is None or name == "elastic":
+            return stage is known
+        return np.array_equal(stage.T_scene_ct.matrix, known.T_scene_ct.matrix)
 
     @property
     def stage(self) -> str:
@@ -63,6 +78,14 @@ class CaseState:
         """What the user must be told, in the order of the stages."""
         found = [notice for stage in self.stages.values() for notice in stage.notices]
         return (*self.case.notices, *found, *(self.finished.notices if self.finished else ()))
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """Whether the elastic result may be trusted; None before it."""
+        if self.finished is None:
+            return None
+        evidence, radius_mm = self.stages["elastic"].evidence, self.finished.state.radius_mm
+        return verdict_of(evidence, self.finished.metrics, self.notices, radius_mm=radius_mm)
 
     @property
     def facts(self) -> dict[str, str]:
@@ -94,4 +117,6 @@ class CaseState:
             camera=case.camera,
             unit=case.unit,
             facts=self.facts,
+            verdict=self.verdict,
+            evidence=self.stages["elastic"].evidence,
         )

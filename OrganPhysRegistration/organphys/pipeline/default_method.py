@@ -13,6 +13,7 @@ from ..align.splat_view import SplatView, splat_view
 from ..align.start_search import Starts, search_start
 from ..elastic.elastic_registration import SHORT, ElasticOptions, ElasticState, register_elastically
 from ..elastic.joint_scale import ScalePrior
+from ..elastic.mirrored import mirrored_score
 from ..elastic.mode_choice import choose_mode
 from ..elastic.records import ElasticResult
 from ..elastic.reduced_organ import ReducedOrgan, reduce_organ
@@ -24,17 +25,22 @@ from ..points.surface_samples import SurfaceSamples, sample_surface
 from .case import Case
 from .default_stages import DefaultCoarse, DefaultRigid, mode_notices
 from .elastic_recorder import ElasticRecorder
+from .fit_confidence import FitConfidence, fit_confidence
 from .hand_pose import pose_near
-from .method_memory import MethodMemory
+from .method_memory import LevelEnd, MethodMemory, pose_key
 from .scale_checks import NEARLY_EXACT, plausible_scales, scale_prior, unit_notices, unit_scale
 from .stages import ElasticStage, OnSurface
 
 
 class DefaultMethod:
-    """The stages for one case; what several of them need is made once, when it is first needed."""
+    """The stages for one case; what several of them need is made once, when it is first needed.
 
-    def __init__(self, case: Case, memory: MethodMemory | None = None) -> None:
-        self.case, self.memory = case, memory or MethodMemory()
+    ``quick``: an elastic stage from a pose that it has not begun with before goes on from that pose's short fit, with
+    the last two levels alone.
+    """
+
+    def __init__(self, case: Case, memory: MethodMemory | None = None, *, quick: bool = False) -> None:
+        self.case, self.memory, self.quick = case, memory or MethodMemory(), quick
 
     def coarse(self, progress: Progress) -> DefaultCoarse:
         """Global search."""
@@ -66,6 +72,7 @@ class DefaultMethod:
         single = len(self.landmarks) == 1 and self.case.options.landmark_radius_mm is None
         radius_mm = self.landmarks.radius * self.samples.normalisation.length if single else None
         notices = (*self._unit_notices(coarse.free_start), *mode_notices(modes, organ, radius_mm))
+        runner_up = modes.runner_up(organ)
         return DefaultRigid(
             T_scene_ct=self._T_scene_ct(modes.best),
             report=SolveReport(Stop.SEARCHED, len(modes.scores)),
@@ -73,6 +80,8 @@ class DefaultMethod:
             notices=notices,
             by_hand=start is not None,
             pose=modes.best,
+            score=modes.scores[0].total,
+            runner_up=None if runner_up is None else runner_up[1].total,
         )
 
     def elastic(
@@ -90,6 +99,7 @@ class DefaultMethod:
         pose = rigid.pose if start is None else self._pose(start)
         state, report = self._bent(pose, options, recorder)
         state = state.without_rigid_part(organ)
+        sure = self._sure_of(state, rigid, start, report)
         result = ElasticResult(
             T_scene_ct=self._T_scene_ct(state.pose),
             normalisation=self.samples.normalisation,
@@ -98,14 +108,34 @@ class DefaultMethod:
             quadrature_points=organ.elasticity.points,
             steps=tuple(recorder.steps),
             report=report,
+            uncertainty=sure.uncertainty,
         )
-        return ElasticStage(result=result, seconds={"elastic": perf_counter() - begin}, by_hand=start is not None)
+        return ElasticStage(
+            result=result, seconds={"elastic": perf_counter() - begin}, by_hand=start is not None, start=start,
+            evidence=sure.evidence,
+        )  # fmt: skip
+
+    def _sure_of(
+        self, state: ElasticState, rigid: DefaultRigid, start: Similarity | None, report: SolveReport
+    ) -> FitConfidence:
+        """How sure the result is; quick runs try the organ's mirror image only where that was done before."""
+        key = pose_key(state.pose if start is not None else rigid.pose)
+        if key not in self.memory.mirrored and not self.quick:
+            mirrored = mirrored_score(self.organ, self.view, state.pose, seed=self.case.options.seed)
+            self.memory.mirrored[key] = mirrored
+        chosen = rigid if start is None else None
+        return fit_confidence(
+            self.organ, self.view, state, self.landmarks, self.case.unit, report, chosen, self.memory.mirrored.get(key)
+        )
 
     def _bent(
         self, pose: Similarity, options: ElasticOptions, recorder: ElasticRecorder
     ) -> tuple[ElasticState, SolveReport]:
         """The elastic solve; the levels that were run before from the same pose are not run again."""
         done, end = self.memory.longest(pose, options.levels)
+        short = self.memory.short_fits.get(pose_key(pose)) if self.quick and not done else None
+        if short is not None:
+            done, end = max(len(options.levels) - 2, 0), LevelEnd(short, (), 0.0)
         recorder.resume(done, end)
         if end is not None and done == len(options.levels):
             recorder.progress("elastic", 1.0)
@@ -116,7 +146,7 @@ class DefaultMethod:
         )  # fmt: skip
         if report.stop is Stop.NO_DATA:
             return state, report
-        for number, level_end in recorder.ends.items():
+        for number, level_end in recorder.ends.items() if short is None else ():
             self.memory.keep(pose, options.levels[: number + 1], level_end)
         return state, recorder.ends[len(options.levels) - 1].report(options.move_tolerance)
 

@@ -95,7 +95,7 @@ class PaperMethod:
     @property
     def _elastic_options(self) -> PaperElasticOptions:
         options = self.case.options
-        return PaperElasticOptions(stiffness=options.stiffness, weights=options.weights, seed=options.seed)
+        return PaperElasticOptions(stiffness=str(options.stiffness), weights=options.weights, seed=options.seed)
 
     def _model(self, progress: Progress) -> PaperModel:
         organ = self.case.organ

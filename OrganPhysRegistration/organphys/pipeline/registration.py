@@ -17,20 +17,25 @@ from ..ground.frames import Similarity
 from ..ground.notices import Notice
 from ..ground.solve_report import SolveReport
 from ..points.point_sets import Camera, SceneUnit
+from .fit_evidence import FitEvidence
+from .verdict import Verdict
 
 METHODS = ("organphys", "paper")
 AMBIGUOUS = 0.05  # a second best pose within this fraction of the best cost is told
 STIFFNESS = ("conservative", "moderate", "aggressive")
+ALPHA = (0.003, 0.2)
 
 
 @dataclass(frozen=True)
 class RegisterOptions:
     """Method and its settings. ``opacity``: threshold of the splat; ``weights``: skinning weights of the paper method;
     ``clean``: remove outliers and small clusters from the splat first; ``landmark_radius_mm``: radius of the Hann
-    weights (paper method), distance within which a landmark counts as met (default method); None: automatic."""
+    weights (paper method), distance within which a landmark counts as met (default method); None: automatic.
+    ``stiffness``: one of STIFFNESS; or, default method, a number within ALPHA: the weight of the elastic energy in
+    the end (moderate is 0.015, larger is stiffer)."""
 
     method: str = "organphys"
-    stiffness: str = "moderate"
+    stiffness: str | float = "moderate"
     seed: int = 0
     opacity: float = 0.1
     weights: str = "rkpm"
@@ -39,12 +44,18 @@ class RegisterOptions:
 
     def __post_init__(self) -> None:
         one_of(self.method, "method", METHODS)
-        one_of(self.stiffness, "stiffness", STIFFNESS)
+        self._check_stiffness()
         one_of(self.weights, "skinning weights", ("rkpm", "learned"))
         if self.landmark_radius_mm is not None:
             as_positive(self.landmark_radius_mm, "landmark radius in mm")
         if not 0 <= self.seed < 2**63:
             raise InputError(f"seed: expected a whole number of at least 0, got {self.seed}")
+
+    def _check_stiffness(self) -> None:
+        if isinstance(self.stiffness, str) or self.method == "paper":
+            one_of(str(self.stiffness), "stiffness", STIFFNESS)
+        elif not ALPHA[0] <= self.stiffness <= ALPHA[1]:
+            raise InputError(f"stiffness: expected a number from {ALPHA[0]} to {ALPHA[1]}, got {self.stiffness}")
 
 
 @dataclass(frozen=True)
@@ -54,8 +65,8 @@ class Registration:
     similarities: T_scene_ct per stage ("before", "coarse", "rigid", "elastic"); metrics: {stage: {name: {value,
     unit}}}; target (M, 3): the splat points used, scene units; vertex_distance_mm (Nv,): to them from the registered
     surface vertices; vertex_seen (Nv,) bool: which of those face the camera on the splat; splat_points (K, 3),
-    splat_colours (K, 3): a sample of the opaque splat for pictures; facts: label and text for the report; began:
-    perf_counter() when the run started.
+    splat_colours (K, 3): a sample of the opaque splat for pictures; facts: label and text for the report; verdict:
+    whether to trust the result, evidence: the fit's own numbers behind it; began: perf_counter() when the run started.
     """
 
     organ: RegisteredOrgan
@@ -75,6 +86,8 @@ class Registration:
     camera: Camera
     unit: SceneUnit | None = None
     facts: Mapping[str, str] = field(default_factory=dict)
+    verdict: Verdict | None = None
+    evidence: FitEvidence | None = None
     began: float = field(default_factory=perf_counter)
 
     def stage_points(self, stage: str) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
+from ..asset.baked_surface import BakedSurface
 from ..ground.checks import Array, one_of
 from ..ground.frames import Similarity
 from ..ground.progress import Progress, no_progress
@@ -18,6 +19,7 @@ from .case_state import CaseState
 from .default_method import DefaultMethod
 from .landmark_weights import landmark_weights
 from .live_surface import LiveSurface
+from .outer_loop import UNCHANGED, Changes, OuterLoop, taken_over
 from .paper_method import PaperMethod
 from .processor import one_blas_thread
 from .registration import RegisterOptions, Registration
@@ -57,7 +59,9 @@ class RegistrationSession:
         )  # fmt: skip
         self.state = CaseState(case)
         self._outcome: CaseOutcome | None = None
-        self._method = METHODS[case.options.method](case)
+        self._method: Method = METHODS[case.options.method](case)
+        self._loop = OuterLoop()
+        self._baked: BakedSurface | None = None
 
     def coarse(self, progress: Progress = no_progress) -> CaseOutcome:
         """Global search for the pose."""
@@ -83,6 +87,53 @@ class RegistrationSession:
         """
         self.advance("elastic", progress, start=start, on_surface=on_surface)
         return self._told()
+
+    @one_blas_thread
+    def updated(
+        self,
+        progress: Progress = no_progress,
+        *,
+        landmarks: Landmarks | None = UNCHANGED,
+        stiffness: str | float = UNCHANGED,
+        unit: SceneUnit | None = UNCHANGED,
+        live: bool = True,
+        on_surface: Callable[[Array], None] | None = None,
+    ) -> CaseOutcome:
+        """Register again with what is named changed; the stages not done yet are run as well.
+
+        A change of stiffness gives what a full run gives, and a moved landmark too if the right pose is among those
+        known (``prepare_updates``); ``settled`` makes sure. Another unit, and the paper's method, are a full run.
+        ``live``: the outcome holds what moves with the surface only; its inner points and asset are in ``settled``.
+        """
+        changes = Changes(landmarks, stiffness, unit)
+        case = changes.case(self.state.case)
+        show = None if on_surface is None else LiveSurface(case.organ.vertices, on_surface)
+        method, loop, stages = self._method, self._loop, self.state.stages
+        if isinstance(method, DefaultMethod) and "elastic" in stages and unit is UNCHANGED:
+            loop = loop if loop.pool is not None else loop.known(method, stages["coarse"])
+            quick = taken_over(method, case, quick=True)
+            stages = loop.update(quick, stages, progress, show)
+            self._take(case, quick, replace(loop, exact=loop.exact and landmarks is UNCHANGED), stages)
+        else:
+            afresh = self._afresh(case)
+            self._take(case, afresh, OuterLoop(), self._all_stages(afresh, progress, show))
+        return self._told(live=live)
+
+    @one_blas_thread
+    def settled(self, progress: Progress = no_progress) -> CaseOutcome:
+        """The whole outcome after ``updated``, with the search repeated if landmarks have moved since the last one."""
+        if not self._loop.exact:
+            case = self.state.case
+            method = self._afresh(case)
+            self._take(case, method, replace(self._loop, exact=True), self._all_stages(method, progress, None))
+        return self._told()
+
+    @one_blas_thread
+    def prepare_updates(self, progress: Progress = no_progress) -> None:
+        """Get to know more poses, so that a moved landmark finds its own among them: a search and some short fits."""
+        if isinstance(self._method, DefaultMethod) and "coarse" in self.state.stages:
+            self._loop = self._loop.prepared(self._method, self.state.stages["coarse"], progress)
+        self._bake()
 
     @property
     def registration(self) -> Registration:
@@ -112,9 +163,37 @@ class RegistrationSession:
             done = {"coarse": done["coarse"], "rigid": rigid, "elastic": elastic}
         self.state = self.state.followed_by(done)
 
-    def _told(self) -> CaseOutcome:
-        self._outcome = outcome_of(self.state, self._outcome)
+    def _told(self, *, live: bool = False) -> CaseOutcome:
+        self._outcome = outcome_of(self.state, self._outcome, live=live)
         return self._outcome
+
+    def _take(self, case: Case, method: Method, loop: OuterLoop, stages: Mapping[str, Any]) -> None:
+        """Go on from a changed case."""
+        state = self.state.changed(case).followed_by(stages, self._baked)
+        self.state, self._method, self._loop = state, method, loop
+        self._bake()
+
+    def _bake(self) -> None:
+        """Bake the basis at the vertices, once the organ is known to be registered again and again."""
+        elastic = self.state.stages.get("elastic")
+        if self._baked is None and elastic is not None:
+            result = elastic.result
+            self._baked = BakedSurface.of(result.basis, result.normalisation, self.state.case.organ.vertices)
+
+    def _afresh(self, case: Case) -> Method:
+        if isinstance(self._method, DefaultMethod):
+            return taken_over(self._method, case)
+        return METHODS[case.options.method](case)
+
+    def _all_stages(self, method: Method, progress: Progress, show: LiveSurface | None) -> dict[str, Any]:
+        """All of them from the start, except where a pose was set by hand."""
+        before = self.state.stages
+        if any(getattr(stage, "by_hand", False) for stage in before.values()):
+            coarse, rigid, start = before["coarse"], before["rigid"], getattr(before.get("elastic"), "start", None)
+        else:
+            coarse = method.coarse(progress)
+            rigid, start = method.rigid(coarse, None, progress), None
+        return {"coarse": coarse, "rigid": rigid, "elastic": method.elastic(coarse, rigid, start, progress, show)}
 
     def _rigid_unasked(self, coarse: Any, start: Similarity | None, progress: Progress) -> RigidStage:
         """The rigid stage where it was left out; a pose set by hand stands for it."""

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..asset.asset_file import asset_bytes
+from ..asset.registered_organ import RegisteredOrgan
 from ..ground.checks import Array
 from ..ground.frames import Similarity
 from ..points.neighbours import nearest_neighbours
@@ -16,8 +17,11 @@ from .processor import one_blas_thread
 
 
 @one_blas_thread
-def outcome_of(state: CaseState, before: CaseOutcome | None = None) -> CaseOutcome:
-    """Outcome of the last stage done; ``before``: an earlier one of the same case, whose distances are used again."""
+def outcome_of(state: CaseState, before: CaseOutcome | None = None, *, live: bool = False) -> CaseOutcome:
+    """Outcome of the last stage done; ``before``: an earlier one of the same case, whose distances are used again.
+
+    ``live``: only what moves with the organ's surface, without inner points and asset, which take as long again.
+    """
     case, poses = state.case, state.similarities
     surfaces = {name: T.apply(case.organ.vertices) for name, T in poses.items()}
     if state.finished is not None:
@@ -48,7 +52,7 @@ def outcome_of(state: CaseState, before: CaseOutcome | None = None) -> CaseOutco
             "cost_name": view.twist_cost_name,
             "chosen_deg": view.chosen_twist_deg,
         },
-        **_elastic_fields(state),
+        **(_live_fields(state) if live else _elastic_fields(state)),
     )
 
 
@@ -64,17 +68,33 @@ def _known_distances(state: CaseState, poses: dict[str, Similarity], before: Cas
     return known
 
 
+def _live_fields(state: CaseState) -> dict[str, Any]:
+    if state.finished is None:
+        return {}
+    return {
+        "steps": tuple(dict(vars(step)) for step in state.stages["elastic"].result.steps),
+        "displacement_mm": state.finished.state.displacement_mm,
+        "det_f": state.finished.organ.surface_det_f,
+        "verdict": None if state.verdict is None else state.verdict.as_dict(),
+    }
+
+
 def _elastic_fields(state: CaseState) -> dict[str, Any]:
     if state.finished is None:
         return {}
     organ = state.finished.organ
     return {
-        "steps": tuple(dict(vars(step)) for step in state.stages["elastic"].result.steps),
-        "displacement_mm": state.finished.state.displacement_mm,
-        "det_f": organ.surface_det_f,
+        **_live_fields(state),
+        **_confidence_fields(organ),
         "volume_ct": organ.volume_points,
         "volume_scene": organ.T_scene_ct.apply(
             organ.volume_points + organ.deformation.inside_displacement(organ.volume_points)
         ),
         "asset": asset_bytes(organ),
     }
+
+
+def _confidence_fields(organ: RegisteredOrgan) -> dict[str, Any]:
+    if organ.uncertainty is None:
+        return {}
+    return {"error_68_mm": organ.surface_error_mm(0.68), "error_95_mm": organ.surface_error_mm(0.95)}

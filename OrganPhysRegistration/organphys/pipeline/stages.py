@@ -13,6 +13,7 @@ from ..ground.frames import Similarity
 from ..ground.notices import Notice
 from ..ground.progress import Progress
 from ..ground.solve_report import SolveReport
+from .fit_evidence import FitEvidence
 
 STAGES = ("coarse", "rigid", "elastic")
 
@@ -44,12 +45,15 @@ class RigidStage:
 
 @dataclass(frozen=True, kw_only=True)
 class ElasticStage:
-    """The deformation; ``by_hand``: it began at a pose that the user set."""
+    """The deformation; ``by_hand``: it began at a pose that the user set, ``start`` = T_scene_ct; ``evidence``: of
+    methods that measure how well it fits."""
 
     result: ElasticResult
     seconds: Mapping[str, float]
     notices: tuple[Notice, ...] = ()
     by_hand: bool = False
+    start: Similarity | None = None
+    evidence: FitEvidence | None = None
 
     @property
     def T_scene_ct(self) -> Similarity:
