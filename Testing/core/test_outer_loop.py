@@ -89,7 +89,7 @@ def test_stiffness_runs_its_own_level_only(session, monkeypatch):
 def test_moved_landmark_needs_no_search(organ, seen, landmark, session, monkeypatch):
     session.prepare_updates()
     monkeypatch.setattr(default_method, "search_start", None)  # would fail if it were called
-    moved = Landmarks(landmark.positions + [6.0, -4.0, 3.0], landmark.names)
+    moved = Landmarks(landmark.positions + np.array([6.0, -4.0, 3.0]), landmark.names)
     outcome = session.updated(landmarks=moved)
     monkeypatch.undo()
     with small_problem():

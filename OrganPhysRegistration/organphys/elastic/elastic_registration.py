@@ -56,7 +56,7 @@ class ElasticOptions:
 
     @classmethod
     def stiffness(cls, preset: str | float) -> ElasticOptions:
-        """Presets name the last alpha: conservative 0.04, moderate 0.015 (default), aggressive 0.006; so may a number."""
+        """Presets name the last alpha: conservative 0.04, moderate 0.015 (default), aggressive 0.006; or a number."""
         if not isinstance(preset, str):
             return cls.down_to(float(preset))
         return cls.down_to(LAST_ALPHA[one_of(preset, "stiffness", tuple(LAST_ALPHA))])
