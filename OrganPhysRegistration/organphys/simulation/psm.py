@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..ground.checks import Array, InputError
 from ..ground.frames import Similarity
-from .instruments import INSTRUMENTS, JOINTS, Instrument
+from .instruments import BEHIND_RCM, INSTRUMENTS, JOINTS, Instrument
 from .psm_inverse import inverse_joints, pose_errors
 from .psm_kinematics import Links, jacobian, links
 from .psm_meshes import PlacedMesh, psm_meshes
@@ -91,6 +91,12 @@ class Psm:
         if not (np.isfinite(joints).all() and np.isfinite(jaw_deg).all()):
             raise InputError("joints, jaw_deg: expected finite numbers")
         return self._in_scene(links(joints, self.instrument), jaw_deg)
+
+    @staticmethod
+    def wrist_depth(joints: Array) -> Array:
+        """How far the wrist's pitch axis is inside the trocar at joints (T, 6), (T,) m; singular at 0."""
+        depth: Array = joints[:, 2] - BEHIND_RCM
+        return depth
 
     def jacobian(self, joints: ArrayLike) -> Array:
         """(6, 6) in the scene's axes: hinge velocity (m) and angular velocity (rad) per rad or m of each joint."""

@@ -1,0 +1,156 @@
+"""Trajectory files, CSV or JSON: poses of the tip of an instrument over time.
+
+CSV: lines "# frame: scene" and "# unit: mm" (see ``Trajectory`` for the names; an "axes" line "RAS" or "LPS" for frame
+ct, RAS if absent), a row of column names, and one row per pose. Columns, in any order:
+
+    time_s, x, y, z, jaw_deg        the tip of the closed jaws, and the opening (0 if the column is absent)
+    qw, qx, qy, qz                  rotation of the tool (z forward to the tip, x along the hinge of the jaws), or
+    dx, dy, dz, roll_deg            its direction, and the turn about it (0 if absent), see ``rotation_along``
+
+JSON: {"format": "organphys-trajectory", "version": 1, "frame": "scene", "unit": "mm", "poses": [{"time_s": 0,
+"position": [x, y, z], "quaternion": [w, x, y, z], "jaw_deg": 30}, ...]}, with "direction": [x, y, z] and "roll_deg" in
+place of the quaternion if wished.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..ground.checks import Array, InputError, as_vector
+from ..ground.frames import ras_from_lps
+from ..points.trajectory import MOST_POSES, Trajectory, rotation_along
+from .json_file import read_json, read_text
+
+FORMAT, VERSION = "organphys-trajectory", 1
+QUATERNION, DIRECTION = ("qw", "qx", "qy", "qz"), ("dx", "dy", "dz")
+KNOWN = {"time_s", "x", "y", "z", "jaw_deg", "roll_deg", *QUATERNION, *DIRECTION}
+LPS_TURN = np.diag([-1.0, -1.0, 1.0])
+
+
+def read_trajectory(path: str | Path) -> Trajectory:
+    """The trajectory of a .csv or .json file; InputError says what is wrong and where."""
+    path = Path(path)
+    kind = path.suffix.lower()
+    if kind not in (".csv", ".json"):
+        raise InputError(f"{path}: unknown kind of trajectory file; give .csv or .json")
+    try:
+        header, table = _csv(path) if kind == ".csv" else _json(path)
+    except (OverflowError, csv.Error) as error:
+        raise InputError(f"{path}: a number or a cell is too long ({error}); write the file again") from error
+    try:
+        return _trajectory(header, table)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def _trajectory(header: dict[str, str], table: dict[str, Array]) -> Trajectory:
+    """From columns (T,) by name; those of JSON are named in the same way."""
+    missing = [name for name in ("time_s", "x", "y", "z") if name not in table]
+    if missing or not (set(QUATERNION) <= set(table) or set(DIRECTION) <= set(table)):
+        raise InputError(
+            f"trajectory: {'no ' + ', '.join(missing) if missing else 'no rotation'}; it needs time_s, x, y, z and "
+            f"either {', '.join(QUATERNION)} or {', '.join(DIRECTION)}, roll_deg"
+        )
+    positions = np.stack([table[name] for name in "xyz"], axis=1)
+    if not np.isfinite(np.stack(list(table.values()))).all():
+        raise InputError("trajectory: a number is missing or not finite; fill every column of every pose")
+    rotations = _quaternions(table) if "qw" in table else _directions(table)
+    frame, axes = header.get("frame", "").lower(), header.get("axes", "RAS").upper()
+    if not frame:
+        raise InputError("trajectory: frame is not stated; write 'scene', 'ct' or 'm' (and the unit)")
+    if axes not in ("RAS", "LPS") or (axes == "LPS" and frame != "ct"):
+        raise InputError(f"trajectory: axes {axes!r} in frame {frame!r}; RAS or LPS belong to frame 'ct'")
+    if axes == "LPS":
+        positions, rotations = ras_from_lps(positions), LPS_TURN @ rotations
+    jaw = table.get("jaw_deg", np.zeros(len(positions)))
+    return Trajectory(table["time_s"], positions, rotations, jaw, frame, header.get("unit", "").lower())
+
+
+def _quaternions(table: dict[str, Array]) -> Array:
+    values = np.stack([table[name] for name in QUATERNION], axis=1)
+    length = np.sqrt((values**2).sum(1))
+    if (np.abs(length - 1) > 0.01).any():
+        row = int(np.abs(length - 1).argmax())
+        raise InputError(f"trajectory: the quaternion of pose {row + 1} has length {length[row]:.3g}, not 1")
+    matrices: Array = Rotation.from_quat(values[:, [1, 2, 3, 0]]).as_matrix()
+    return matrices
+
+
+def _directions(table: dict[str, Array]) -> Array:
+    directions = np.stack([table[name] for name in DIRECTION], axis=1)
+    if (np.sqrt((directions**2).sum(1)) < 1e-9).any():
+        raise InputError("trajectory: a direction dx, dy, dz has no length")
+    roll = table.get("roll_deg", np.zeros(len(directions)))
+    return np.stack([rotation_along(d, float(r)) for d, r in zip(directions, roll, strict=True)])
+
+
+def _csv(path: Path) -> tuple[dict[str, str], dict[str, Array]]:
+    """The "# key: value" lines and the columns."""
+    header: dict[str, str] = {}
+    rows: list[tuple[int, list[str]]] = []
+    for number, row in enumerate(csv.reader(read_text(path).splitlines()), start=1):
+        text = ",".join(row).strip()
+        if text.startswith("#"):
+            key, _, value = text.lstrip("# ").partition(":")
+            header[key.strip().lower()] = value.strip()
+        elif text.strip(", "):
+            rows.append((number, [cell.strip() for cell in row]))
+        if len(rows) > MOST_POSES + 1:
+            raise InputError(f"{path}: more than {MOST_POSES} poses; thin them out")
+    if len(rows) < 2:
+        raise InputError(f"{path}: no poses; write a row of column names and one row per pose below it")
+    names = [name.lower() for name in rows[0][1]]
+    unknown = [name for name in names if name not in KNOWN]
+    if unknown or len(set(names)) < len(names):
+        raise InputError(
+            f"{path}: column {(unknown or names)[0]!r} is unknown or twice; known: {', '.join(sorted(KNOWN))}"
+        )
+    values = np.empty((len(rows) - 1, len(names)))
+    number = 0
+    try:
+        for k, (number, row) in enumerate(rows[1:]):  # noqa: B007 (named in the message)
+            values[k] = [float(cell) for cell in row]
+    except ValueError as error:
+        raise InputError(f"{path}: line {number} is not {len(names)} numbers separated by commas") from error
+    return header, dict(zip(names, values.T, strict=True))
+
+
+def _json(path: Path) -> tuple[dict[str, str], dict[str, Array]]:
+    content = read_json(path)
+    if not isinstance(content, dict) or content.get("format") != FORMAT or content.get("version") != VERSION:
+        raise InputError(f'{path}: is no trajectory; it begins {{"format": "{FORMAT}", "version": {VERSION}, ...')
+    poses = content.get("poses")
+    if not isinstance(poses, list) or not poses or not all(isinstance(pose, dict) for pose in poses):
+        raise InputError(f"{path}: 'poses' must be a list of at least one pose")
+    if len(poses) > MOST_POSES:
+        raise InputError(f"{path}: more than {MOST_POSES} poses; thin them out")
+    rows = [_json_pose(pose, f"{path}: pose {k + 1}") for k, pose in enumerate(poses)]
+    if any(set(row) != set(rows[0]) for row in rows):
+        raise InputError(f"{path}: all poses must give their rotation in the same way, quaternion or direction")
+    table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    return {name: str(content[name]) for name in ("frame", "unit", "axes") if name in content}, table
+
+
+def _json_pose(pose: dict[str, Any], name: str) -> dict[str, float]:
+    """One pose as columns; InputError names it."""
+    position = as_vector(pose.get("position", ()), f"{name}: position")
+    out = {"time_s": pose.get("time_s"), "jaw_deg": pose.get("jaw_deg", 0.0), **dict(zip("xyz", position, strict=True))}
+    if "quaternion" in pose:
+        given = pose["quaternion"]
+        if not isinstance(given, list) or len(given) != 4:
+            raise InputError(f"{name}: quaternion must be four numbers, w first")
+        out |= dict(zip(QUATERNION, given, strict=True))
+    elif "direction" in pose:
+        out |= dict(zip(DIRECTION, as_vector(pose["direction"], f"{name}: direction"), strict=True))
+        out["roll_deg"] = pose.get("roll_deg", 0.0)
+    else:
+        raise InputError(f"{name}: give its quaternion [w, x, y, z] or its direction [x, y, z]")
+    try:
+        return {key: float(value) for key, value in out.items()}
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: time_s, jaw_deg and all others must be numbers") from error
