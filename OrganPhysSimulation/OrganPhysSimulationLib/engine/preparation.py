@@ -63,13 +63,16 @@ def prepare(
     tissue: Tissue,
     gaussians: Gaussians | None,
     sample_spacing: float = 1e-3,
+    handles: int = 20,
+    quadrature: int = 2000,
 ) -> Preparation:
     """Body, surface and splat of an organ; sample_spacing: of the contact samples, m, half the radius of the jaws.
 
     InputError: a pin that holds nothing, a splat that is not near.
     """
     unit = metres_per_unit(organ)
-    body = organ_body(organ, pins=pins, tissue=tissue, sample_spacing=sample_spacing)
+    fineness = {"handles": handles, "quadrature": quadrature, "sample_spacing": sample_spacing}
+    body = organ_body(organ, pins=pins, tissue=tissue, **fineness)
     return Preparation(organ, body, Followers.of(body, gaussians, unit), unit, gaussians)
 
 
