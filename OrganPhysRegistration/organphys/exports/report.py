@@ -13,12 +13,13 @@ from .picture_svg import svg_picture
 from .plots import convergence_plot, histogram_plot, twist_plot
 from .report_content import ReportContent, StepFigures
 from .report_page import grid, heading, listing, page, paragraph, table, tiles, verdict_box, words
-from .report_pictures import VIEW_NAMES, overlay_rows
+from .report_pictures import overlay_rows
 
 OVERLAY_NOTE = (
     "The splat in its own colours; the registered CT organ as a blue glaze with a light outline: stronger where it "
     "lies before the splat, fainter behind it, full where nothing was seen. In the distance pictures, red or grey far "
-    "from the splat means that nothing was seen there."
+    "from the splat means that nothing was seen there. The last row shows how far the true position of every point may "
+    "be from the shown one, also on the side that nothing shows."
 )
 
 
@@ -71,7 +72,7 @@ def _overlays(content: ReportContent) -> list[str]:
     for row in rows:
         parts += [
             heading(row.name[:1].upper() + row.name[1:], level=3),
-            grid(list(zip(VIEW_NAMES, row.pictures, strict=True))),
+            grid(list(zip(row.views, row.pictures, strict=True))),
         ]
     return parts
 

@@ -50,6 +50,26 @@ class StepFigures(Protocol):
     def volume_drift_percent(self) -> float: ...
 
 
+class ReasonText(Protocol):
+    """One reason of a verdict."""
+
+    @property
+    def code(self) -> str: ...
+    @property
+    def message(self) -> str: ...
+
+
+class VerdictText(Protocol):
+    """Whether to trust the result (``pipeline.verdict.Verdict`` is one); level "trust", "check" or "do not trust"."""
+
+    @property
+    def level(self) -> str: ...
+    @property
+    def headline(self) -> str: ...
+    @property
+    def reasons(self) -> Sequence[ReasonText]: ...
+
+
 @dataclass(frozen=True)
 class StagePicture:
     """The organ surface after one stage: vertices (Nv, 3) in scene units; distances_mm (Nv,) to the splat, if known."""
@@ -84,7 +104,8 @@ class ReportContent:
 
     highlights and inputs: label and text. faces (Nf, 3) and vertices_ct (Nv, 3) RAS mm: the organ surface; stages
     share its faces. metrics {stage: {name: {"value", "unit"}}}, seconds {stage: s}, stops {stage: reason}.
-    splat_to_ct_mm, ct_visible_to_splat_mm (N,): final distances. splat_centres (N, 3) scene units and splat_colours
+    splat_to_ct_mm, ct_visible_to_splat_mm (N,): final distances; errors_mm (Nv,): 95 % error radius of the vertices
+    after the last stage. splat_centres (N, 3) scene units and splat_colours
     (N, 3) in 0..1: the splat as it is shown, best the whole target, up to some 100,000.
     """
 
@@ -97,7 +118,7 @@ class ReportContent:
     mm_per_unit: float
     camera: Camera = field(default_factory=Camera)
     method: str = ""
-    verdict: str = ""
+    verdict: VerdictText | None = None
     notices: Sequence[Notice] = ()
     highlights: Sequence[tuple[str, str]] = ()
     inputs: Sequence[tuple[str, str]] = ()
@@ -108,6 +129,7 @@ class ReportContent:
     steps: Sequence[StepFigures] = ()
     splat_to_ct_mm: Array | None = None
     ct_visible_to_splat_mm: Array | None = None
+    errors_mm: Array | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
     extra_tables: Sequence[ReportTable] = ()
     extra_strips: Sequence[PictureStrip] = ()

@@ -10,6 +10,7 @@ from typing import Any
 
 from ..ground.notices import Notice
 from ..ground.plain_json import plain
+from .report_content import VerdictText
 
 STYLE = """
 :root{--ink:#1c2430;--soft:#5b6472;--rule:#dfe3ea;--blue:#2f6fde}
@@ -21,7 +22,7 @@ h2{font-size:18px;margin:38px 0 10px;padding-top:14px;border-top:1px solid var(-
 h3{font-size:15px;margin:20px 0 6px}
 p{margin:6px 0 10px;max-width:78ch} .soft{color:var(--soft)}
 .verdict{border-left:6px solid #2e9b57;background:#eff8f2;padding:12px 18px;margin:20px 0;border-radius:0 6px 6px 0}
-.verdict.warn{border-color:#d98200;background:#fff6e6}
+.verdict.warn{border-color:#d98200;background:#fff6e6} .verdict.stop{border-color:#c2261d;background:#fdeeec}
 .verdict strong{font-size:17px} .verdict ul{margin:8px 0 2px;padding-left:20px} .verdict li{margin:5px 0}
 .verdict code{font-size:12px;color:var(--soft)}
 .tiles{display:flex;flex-wrap:wrap;gap:10px;margin:16px 0}
@@ -64,13 +65,20 @@ def paragraph(words: str, *, soft: bool = False) -> str:
     return f'<p class="soft">{escape(words)}</p>' if soft else f"<p>{escape(words)}</p>"
 
 
-def verdict_box(verdict: str, notices: Sequence[Notice]) -> str:
-    """Warnings in plain words, before anything else; without a verdict their number is the headline."""
-    count = len(notices)
+def verdict_box(verdict: VerdictText | None, notices: Sequence[Notice]) -> str:
+    """Verdict, its reasons and the other warnings in plain words, before anything else; without a verdict the number
+    of warnings is the headline."""
+    count, reasons = len(notices), verdict.reasons if verdict is not None else ()
     warned = "No warnings." if not count else f"{count} warning{'s' if count > 1 else ''}: read before use."
-    items = "".join(f"<li>{escape(n.message)} <code>{escape(n.code)}</code></li>" for n in notices)
+    told = {reason.code: reason.message for reason in reasons}
+    told |= {notice.code: notice.message for notice in notices if notice.code not in told}
+    items = "".join(f"<li>{escape(message)} <code>{escape(code)}</code></li>" for code, message in told.items())
+    colour = " warn" if count else ""
+    if verdict is not None:
+        colour = {"trust": "", "check": " warn"}.get(verdict.level, " stop")
+    headline = verdict.headline if verdict is not None else warned
     return (
-        f'<div class="verdict{" warn" if count else ""}"><strong>{escape(verdict or warned)}</strong>'
+        f'<div class="verdict{colour}"><strong>{escape(headline)}</strong>'
         + (f"<ul>{items}</ul>" if items else "")
         + "</div>"
     )

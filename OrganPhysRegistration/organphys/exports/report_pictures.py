@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,16 +19,18 @@ from .report_content import ReportContent, StagePicture
 
 WIDTH, HEIGHT = 400, 300
 VIEW_NAMES = ("from the camera", "from the side", "from above")
+ROUND = ("from the camera", "from the side", "from behind")
 RAMP = np.array([[0.13, 0.40, 0.67], [0.40, 0.76, 0.65], [1.0, 0.93, 0.55], [0.96, 0.55, 0.26], [0.70, 0.05, 0.15]])
 UNKNOWN = np.array([0.42, 0.45, 0.50])
 
 
 @dataclass(frozen=True)
 class PictureRow:
-    """name of the row and one SVG for each of VIEW_NAMES."""
+    """name of the row and one SVG for each of ``views``."""
 
     name: str
     pictures: tuple[str, ...]
+    views: tuple[str, ...] = VIEW_NAMES
 
 
 def overlay_rows(content: ReportContent) -> list[PictureRow]:
@@ -41,7 +43,14 @@ def overlay_rows(content: ReportContent) -> list[PictureRow]:
     rows += [_stage_row(stage, thin, layers, content) for stage in content.stages]
     last = content.stages[-1]
     if last.distances_mm is not None and np.isfinite(last.distances_mm).any():
-        rows.append(_distance_row(last, thin, layers, content))
+        name = f"{last.name}: distance to the splat"
+        rows.append(_painted_row(name, last, last.distances_mm, thin, layers, content))
+    if content.errors_mm is not None:
+        name = f"{last.name}: radius that holds the true position with 95 % probability"
+        front = layers[0]
+        around = [front, layers[1], replace(front, view=front.view.turned(1, 180).fitted(thin.averaged(last.vertices)))]
+        row = _painted_row(name, last, content.errors_mm, thin, around, content)
+        rows.append(replace(row, views=ROUND))
     return rows
 
 
@@ -90,19 +99,25 @@ def _stage_row(stage: StagePicture, thin: ThinMesh, layers: Sequence[SplatLayer]
     )
 
 
-def _distance_row(
-    stage: StagePicture, thin: ThinMesh, layers: Sequence[SplatLayer], content: ReportContent
+def _painted_row(
+    name: str,
+    stage: StagePicture,
+    values_mm: Array,
+    thin: ThinMesh,
+    layers: Sequence[SplatLayer],
+    content: ReportContent,
 ) -> PictureRow:
-    distances = np.asarray(stage.distances_mm, dtype=np.float64)
-    top = float(np.clip(np.ceil(np.nanpercentile(distances[np.isfinite(distances)], 80)), 2, 10))
-    vertices, colours = thin.averaged(stage.vertices), thin.averaged(ramp_colours(distances, top))
+    """The surface of a stage painted by ``values_mm`` (Nv,)."""
+    values = np.asarray(values_mm, dtype=np.float64)
+    top = float(np.clip(np.ceil(np.nanpercentile(values[np.isfinite(values)], 80)), 2, 10))
+    vertices, colours = thin.averaged(stage.vertices), thin.averaged(ramp_colours(values, top))
     normals = vertex_normals(vertices, thin.faces)
     pictures = []
     for layer in layers:
         empty = SplatLayer(layer.view, np.zeros((0, 3)), np.zeros((0, 3)), 1.0)
         image = overlay_picture(empty, vertices, thin.faces, normals=normals, colours=colours)
         pictures.append(svg_picture(_with_bar(image), [*_ramp_words(top), scale_bar(layer.view, content.mm_per_unit)]))
-    return PictureRow(f"{stage.name}: distance to the splat", tuple(pictures))
+    return PictureRow(name, tuple(pictures))
 
 
 def _with_bar(image: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -15,8 +15,9 @@ def write_surface_vtp(path: str | os.PathLike[str], organ: RegisteredOrgan, dist
     """Write vertices in scene units with the point arrays, atomically.
 
     distance_mm: to the splat, as given (Nv,), NaN where unknown; displacement_mm: 3-vector beyond the similarity,
-    millimetres along the CT axes (RAS); det_F: volume ratio. The field-data string SPACE=RAS keeps 3D Slicer from
-    turning the surface against the splat. VTK is loaded here and without any rendering module.
+    millimetres along the CT axes (RAS); det_F: volume ratio; error_68_mm, error_95_mm: radius within which the true
+    position lies with that probability, where the organ carries its uncertainty. The field-data string SPACE=RAS keeps
+    3D Slicer from turning the surface against the splat. VTK is loaded here and without any rendering module.
     """
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
@@ -33,11 +34,13 @@ def write_surface_vtp(path: str | os.PathLike[str], organ: RegisteredOrgan, dist
     cells.SetData(numpy_to_vtk(offsets, deep=True), numpy_to_vtk(faces.ravel(), deep=True))
     data.SetPoints(points)
     data.SetPolys(cells)
-    arrays = (
+    arrays: tuple[tuple[str, Array], ...] = (
         ("distance_mm", distance),
         ("displacement_mm", organ.surface_displacement_mm),
         ("det_F", organ.surface_det_f),
     )
+    if organ.uncertainty is not None:
+        arrays += (("error_68_mm", organ.surface_error_mm(0.68)), ("error_95_mm", organ.surface_error_mm(0.95)))
     for name, values in arrays:
         array = numpy_to_vtk(np.ascontiguousarray(values, dtype=np.float32), deep=True)
         array.SetName(name)

@@ -26,7 +26,9 @@ class CaseOutcome:
 
     After the elastic stage only: displacement_mm (Nv,) beyond the similarity and det_f (Nv,) at the vertices;
     volume_ct (N, 3) RAS mm and volume_scene (N, 3): points inside, N <= 30000; steps: the fields of ElasticStep, one
-    per outer step; asset: content of the .organphys file; grids: where they were asked for.
+    per outer step; asset: content of the .organphys file; grids: where they were asked for; verdict: "level" ("trust",
+    "check" or "do not trust"), "headline" and "reasons" (each "code", "level" and "message"); error_68_mm and
+    error_95_mm (Nv,): radius within which the true position of a vertex lies with that probability, where known.
     """
 
     stage: str
@@ -51,3 +53,6 @@ class CaseOutcome:
     volume_scene: Array | None = None
     asset: bytes | None = field(default=None, repr=False)
     grids: DisplacementGrids | None = None
+    verdict: Mapping[str, Any] | None = None
+    error_68_mm: Array | None = None
+    error_95_mm: Array | None = None

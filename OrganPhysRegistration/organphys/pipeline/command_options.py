@@ -120,6 +120,12 @@ def add_map(commands: Any) -> None:
     )
     parser.add_argument("--out", required=True, metavar="FILE", help="mapped points (N, 3), .npy, same order")
     parser.add_argument("--inverse", action="store_true", help="from the scene to CT")
+    parser.add_argument(
+        "--confidence",
+        action="store_true",
+        help="two more columns: the radius in mm within which the true position lies with 68 %% and with 95 %% "
+        "probability; the file is then (N, 5)",
+    )
     _add_quiet(parser)
 
 

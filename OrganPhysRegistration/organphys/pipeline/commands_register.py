@@ -126,7 +126,11 @@ def summary(registration: Registration, folder: str | Path) -> str:
     for stage, metrics in registration.metrics.items():
         values = [_value(metrics, name) for name in ("trim30_splat_to_ct", "trim30_ct_to_splat")]
         lines.append(f"{stage:10s}" + "".join(f"{value:>16s}" for value in values))
-    lines += [f"warning: {notice.message}" for notice in registration.notices]
+    verdict = registration.verdict
+    if verdict is not None:
+        lines += [f"verdict: {verdict.headline}", *(f"  - {reason.message}" for reason in verdict.reasons)]
+    told = {reason.code for reason in verdict.reasons} if verdict is not None else set()
+    lines += [f"warning: {notice.message}" for notice in registration.notices if notice.code not in told]
     lines.append(f"report: {Path(folder) / 'report.html'}")
     return "\n".join(lines)
 

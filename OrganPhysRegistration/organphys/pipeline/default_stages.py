@@ -23,9 +23,12 @@ class DefaultCoarse(CoarseStage):
 
 @dataclass(frozen=True, kw_only=True)
 class DefaultRigid(RigidStage):
-    """``pose``: T_camera_normalised, exactly as the elastic stage begins with it."""
+    """``pose``: T_camera_normalised, exactly as the elastic stage begins with it; ``score``: of its short fit, and
+    ``runner_up``: that of the best pose clearly elsewhere, landmarks included."""
 
     pose: Similarity
+    score: float | None = None
+    runner_up: float | None = None
 
 
 def mode_notices(modes: Modes, organ: ReducedOrgan, chosen_radius_mm: float | None) -> list[Notice]:

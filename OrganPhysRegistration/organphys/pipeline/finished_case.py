@@ -15,6 +15,7 @@ from ..mechanics.tissue import tissue_for
 from ..points.neighbours import nearest_neighbours
 from ..points.sampling import random_subset
 from .case import Case
+from .confidence_metrics import confidence_metrics
 from .result_notices import SurfaceState, result_notices
 from .stage_metrics import Metrics, elastic_metrics, surface_state
 
@@ -37,8 +38,9 @@ def finish_case(case: Case, elastic: ElasticResult, baked: BakedSurface | None =
     to_splat = nearest_neighbours(case.target_tree, organ.scene_vertices)[0]
     # the quadrature points lie inside, so the field beside the organ need not be baked
     gradients: Array = organ.deformation.inside(organ.quadrature_points)[1] + np.eye(3)
-    metrics = elastic_metrics(organ, case.target_tree, to_splat, gradients)
     state = surface_state(case.organ, organ, to_splat * organ.mm_per_unit, gradients)
+    metrics = elastic_metrics(organ, case.target_tree, to_splat, gradients)
+    metrics |= confidence_metrics(organ, state.seen(case.camera.position))
     notices = result_notices(
         state, case.camera.position, name=organ.name, volume_ml=organ.volume_ml, mm_per_unit=organ.mm_per_unit
     )

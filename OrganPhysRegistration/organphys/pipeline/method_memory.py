@@ -33,10 +33,12 @@ class LevelEnd:
 
 @dataclass
 class MethodMemory:
-    """``short_fits``: short elastic solve by ``pose_key``; ``level_ends``: by ``pose_key`` and the levels done."""
+    """``short_fits``: short elastic solve by ``pose_key``; ``level_ends``: by ``pose_key`` and the levels done;
+    ``mirrored``: score of the organ's mirror image by ``pose_key``."""
 
     short_fits: dict[bytes, ElasticState] = field(default_factory=dict)
     level_ends: dict[tuple[bytes, Levels], LevelEnd] = field(default_factory=dict)
+    mirrored: dict[bytes, float] = field(default_factory=dict)
 
     def keep(self, pose: Similarity, levels: Levels, end: LevelEnd) -> None:
         """Remember where ``levels`` led from ``pose``."""

@@ -23,7 +23,17 @@ from .case_outcome import CaseOutcome
 __all__ = ["load_outcome", "save_case", "save_outcome"]
 
 OUTCOME, HEADER = "outcome.npz", "outcome.json"
-ARRAYS = ("vertices_ct", "faces", "camera_position", "displacement_mm", "det_f", "volume_ct", "volume_scene")
+CONFIDENCE = ("error_68_mm", "error_95_mm")
+ARRAYS = (
+    "vertices_ct",
+    "faces",
+    "camera_position",
+    "displacement_mm",
+    "det_f",
+    "volume_ct",
+    "volume_scene",
+    *CONFIDENCE,
+)
 BY_STAGE = ("similarities", "surfaces", "distance_mm")
 GRIDS = ("forward", "inverse")
 GRID_ERRORS = ("error_mm", "error_outside_mm", "linear_error_mm")
@@ -79,6 +89,7 @@ def _check(outcome: CaseOutcome) -> None:
     if outcome.stage not in outcome.similarities:
         raise ValueError("its stage is not among the stages")
     expected = {"vertices_ct": (count, 3), "displacement_mm": (count,), "det_f": (count,), "camera_position": (3,)}
+    expected |= {name: (count,) for name in CONFIDENCE}
     found = {name: getattr(outcome, name) for name in expected}
     for name, shape in (("similarities", (4, 4)), ("surfaces", (count, 3)), ("distance_mm", (count,))):
         for stage, array in getattr(outcome, name).items():

@@ -52,9 +52,12 @@ def write_outputs(
 
 
 def _table_2_and_figure_8(registration: Registration) -> dict[str, Any]:
-    """Further entries of the JSON: T_scene_ct per stage, point counts and time per elastic step, the elastic curves."""
+    """Further entries of the JSON: verdict and evidence, T_scene_ct per stage, point counts and time per elastic step,
+    the elastic curves."""
     steps = registration.steps
     return {
+        "verdict": None if registration.verdict is None else registration.verdict.as_dict(),
+        "evidence": None if registration.evidence is None else vars(registration.evidence),
         "similarities": {name: T.matrix.tolist() for name, T in registration.similarities.items()},
         "points": {"ct_surface": len(registration.organ.vertices), "splat_target": len(registration.target)},
         "seconds_per_elastic_step": registration.seconds["elastic"] / max(len(steps), 1),
@@ -84,6 +87,8 @@ def report_content(
         camera=registration.camera,
         method=registration.options.method,
         notices=registration.notices,
+        verdict=registration.verdict,
+        errors_mm=None if organ.uncertainty is None else organ.surface_error_mm(0.95),
         highlights=_highlights(registration),
         inputs=list(registration.facts.items()),
         metrics=registration.metrics,
@@ -102,7 +107,13 @@ def report_content(
 def _highlights(registration: Registration) -> list[tuple[str, str]]:
     elastic = registration.metrics["elastic"]
     number = {name: float(entry["value"]) for name, entry in elastic.items()}
+    errors = [
+        (f"95 % error radius, {region}", f"{number[name]:.1f} mm")
+        for region, name in (("seen surface", "error_95_visible"), ("unseen surface", "error_95_hidden"))
+        if name in number
+    ]
     return [
+        *errors,
         ("splat to organ, nearest 70 %", f"{number['trim30_splat_to_ct']:.2f} mm"),
         ("organ volume in the CT", f"{registration.organ.volume_ml:.4g} ml"),
         ("scale", f"{registration.organ.mm_per_unit:.4g} mm per scene unit"),
