@@ -56,9 +56,7 @@ class Reach:
         out = []
         if self.clamped.any():
             frames = np.flatnonzero(self.clamped)
-            names = ", ".join(
-                n.replace("_", " ") for n, hit in zip(NAMES, self.path.clamped.any(0), strict=True) if hit
-            )
+            names = ", ".join(NAMES[k].replace("_", " ") for k in np.flatnonzero(np.any(self.path.clamped, axis=0)))
             away, turned = 1e3 * self.path.position_error_m.max(), self.path.rotation_error_deg.max()
             text = (
                 f"{len(frames)} of {len(self.times)} poses are beyond a limit ({names}) and were clamped, the first at "
