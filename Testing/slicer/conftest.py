@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 HERE = Path(__file__).resolve().parent
 OUTPUT = HERE / "output"
 MODULE_FOLDER = HERE.parents[1] / "OrganPhysRegistration"
+SIMULATION_FOLDER = HERE.parents[1] / "OrganPhysSimulation"
 REQUIRED = os.environ.get("ORGANPHYS_REQUIRE_SLICER_TESTS") == "1"
 # Nodes that views and the application make when they need them.
 OF_THE_APPLICATION = ("vtkMRMLAbstractViewNode", "vtkMRMLCameraNode", "vtkMRMLSliceCompositeNode", "vtkMRMLColorNode")
@@ -45,8 +46,9 @@ def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> 
     if why_not():
         return UnrunnableFile.from_parent(parent, path=module_path)
     slicer_host.start()  # test files import slicer, qt and vtk at their top
-    if str(MODULE_FOLDER) not in sys.path:
-        sys.path.insert(0, str(MODULE_FOLDER))
+    for folder in (SIMULATION_FOLDER, MODULE_FOLDER):
+        if str(folder) not in sys.path:
+            sys.path.insert(0, str(folder))
     return None
 
 

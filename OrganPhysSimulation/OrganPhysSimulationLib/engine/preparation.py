@@ -34,7 +34,7 @@ class Followers:
 
 @dataclass(frozen=True)
 class Preparation:
-    """An organ ready to move: ``body`` with its followers; ``unit``: metres per scene unit; ``gaussians``: the splat."""
+    """An organ ready to move: ``body`` with its followers; ``unit``: metres per scene unit."""
 
     organ: RegisteredOrgan
     body: Body

@@ -12,7 +12,7 @@ from organphys.simulation.organ_body import scene_direction
 
 
 def tissue_of(name: str, youngs_kpa: float, organ_name: str) -> Tissue:
-    """Preset of that name ("": by the organ's name) with Young's modulus ``youngs_kpa`` in place of its own if not 0."""
+    """Preset of that name ("": by the organ's), with Young's modulus ``youngs_kpa`` in place of its own if not 0."""
     if name and name not in PRESETS:
         raise InputError(f"tissue: expected one of {', '.join(PRESETS)}, got {name!r}")
     tissue = PRESETS[name] if name else tissue_for(organ_name)

@@ -1,4 +1,4 @@
-"""Records what is shown into Slicer sequences and plays it back: surface, instrument and handle, over simulated time."""
+"""Records what is shown into Slicer sequences and plays it back: surface, instrument and handle over time."""
 
 from __future__ import annotations
 

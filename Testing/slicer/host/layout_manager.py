@@ -71,7 +71,8 @@ class ViewWidget:
     def forceRender(self) -> None:
         self.view.window.Render()
 
-    scheduleRender = forceRender
+    def scheduleRender(self) -> None:
+        """Views render only when asked to."""
 
     def resetFocalPoint(self) -> None:
         self.view.fit()
