@@ -1,9 +1,11 @@
 """The reference image and the true rim, on discs whose outline is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from organphys.align.camera_image import camera_image
+from organphys.align.camera_image import BEYOND_CUT, UNSEEN, camera_image
 from organphys.align.rim import find_rim
 from organphys.align.splat_surface import SplatSurface
 
@@ -11,8 +13,10 @@ DEPTH, RADIUS = 4.0, 1.0
 NOTHING = np.zeros((0, 3))
 
 
-def surface_of(points):
-    normals = np.tile([0.0, 0, -1], (len(points), 1))
+def surface_of(points, centre=(0.0, 0.0)):
+    """With the normals of a dome over the unit disc about ``centre``: across the ray at the disc's outline."""
+    aside = (points[:, :2] - np.array(centre)) / RADIUS
+    normals = np.column_stack([aside, -np.sqrt(np.clip(1 - (aside**2).sum(1), 0, None))])
     radius = float(np.sqrt(((points - points.mean(0)) ** 2).sum(1).mean()))
     return SplatSurface(points, normals, points[::5], normals[::5], 0.01, radius)
 
@@ -148,7 +152,7 @@ def test_no_rim_beside_the_unknown():
     assert len(rim) > 100
     assert np.linalg.norm(rim, axis=1).min() > 0.95  # nothing along the strip
     points = disc(centre=(-0.7, 0.0))
-    cut = surface_of(points[np.linalg.norm(points[:, :2], axis=1) < 1.2])
+    cut = surface_of(points[np.linalg.norm(points[:, :2], axis=1) < 1.2], centre=(-0.7, 0.0))
     image = camera_image(cut, NOTHING, fov_deg=2 * np.degrees(np.arctan(1.2 / DEPTH)))
     rim = find_rim(cut, image, shift_pixels=0.0).points * DEPTH
     assert np.linalg.norm(rim, axis=1).max() < 1.2 - 3 * image.pixel * DEPTH
@@ -158,3 +162,38 @@ def test_no_rim_beside_the_unknown():
 def test_no_rim_at_all_when_the_view_is_full():
     surface = surface_of(disc())
     assert find_rim(surface, camera_image(surface, NOTHING, fov_deg=5.0)).points.shape == (0, 2)
+
+
+def dome_cut_at(x):
+    points = disc()
+    surface = surface_of(points)
+    kept = points[:, 0] < x
+    return replace(surface, points=points[kept], normals=surface.normals[kept])
+
+
+def test_beyond_a_cut_nothing_is_known():
+    """The part of the outline at which the surface still faced the camera is no outline: the organ may go on there."""
+    image = camera_image(dome_cut_at(0.1), NOTHING, fov_deg=100.0)
+    for x, y in ((0.3, 0.0), (0.9, 0.0), (0.3, 0.8), (0.5, 1.1)):
+        assert image.unknown[at(image, x, y)]
+        assert image.unseen_cost[at(image, x, y)] == np.float32(BEYOND_CUT)
+    for x, y in ((-1.2, 0.0), (-0.9, 0.9), (-0.3, -1.1)):
+        assert not image.unknown[at(image, x, y)]
+    assert image.unseen_cost[at(image, -1.2, 0.0)] == np.float32(UNSEEN)
+
+
+def test_a_cut_is_no_rim():
+    surface = dome_cut_at(0.1)
+    image = camera_image(surface, NOTHING, fov_deg=100.0)
+    rim = find_rim(surface, image, shift_pixels=0.0).points * DEPTH
+    assert len(rim) > 60
+    assert not ((np.abs(rim[:, 0] - 0.1) < 0.08) & (np.abs(rim[:, 1]) < 0.8)).any()
+
+
+def test_unseen_cost_at_points_outside_the_image_is_that_of_its_border():
+    image = camera_image(dome_cut_at(0.1), NOTHING, fov_deg=100.0)
+    far = np.array([[50.0, 0.0, DEPTH], [-50.0, 0.0, DEPTH]])
+    middle = image.mask.shape[1] // 2
+    border = image.unseen_cost[[-1, 0], [middle, middle]]
+    np.testing.assert_array_equal(image.unseen_cost_at(far), border)
+    assert border[0] == np.float32(BEYOND_CUT)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scene_examples import FRONT_CT, MM_PER_UNIT, POSE, bumpy_organ, seen_from_camera
+from scene_examples import FRONT_CT, MM_PER_UNIT, POSE, Seen, bumpy_organ, seen_from_camera
 from scipy.spatial.transform import Rotation
 
 from organphys.align.landmark_prior import STRONGEST, LandmarkPrior
@@ -53,6 +53,16 @@ def test_known_pose_is_found_without_landmarks(setting, starts):
     assert angle < 2.0 and scale < 3.0
     assert (np.diff(starts.scores) >= 0).all() and starts.scores[0] < 0.3
     assert starts.candidates == 150 * 18 * 4
+
+
+def test_pose_is_found_though_half_of_the_splat_is_cut_away(setting):
+    """The whole organ must be accepted beyond the cut, or smaller and turned organs fit what is left better."""
+    samples, _, truth = setting
+    seen = seen_from_camera(bumpy_organ())
+    plane = seen.points[:, :2] / seen.points[:, 2:]
+    half = Seen(*(rows[plane[:, 0] > np.median(plane[:, 0])] for rows in (seen.points, seen.points_ct)))
+    angle, scale = pose_errors(search_start(samples, half.view()).poses.at(0), truth)
+    assert angle < 8.0 and scale < 8.0
 
 
 def test_modes_are_distinct_and_near_the_best(starts):

@@ -14,9 +14,13 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from ..ground.checks import Array
+from .cut_edges import beyond_cuts
 from .splat_surface import SplatSurface
 
 Mask = NDArray[np.bool_]
+
+UNSEEN = 0.8  # cost of organ tissue that faces the camera where nothing is known, or huge organs hide outside the view
+BEYOND_CUT = 0.3  # the same beyond a cut edge, where tissue is expected: a little more than where an organ fits
 
 
 @dataclass(frozen=True)
@@ -37,7 +41,8 @@ class CameraImage:
 
     mask: organ seen; unknown: nothing can be said (tool, hole, outside the view, behind another organ);
     neither: known empty. front (W, H): index of the nearest splat point; nearest (2, W, H): nearest mask pixel;
-    gap (W, H): distance to it in image-plane units.
+    gap (W, H): distance to it in image-plane units; unseen_cost (W, H), 0 to 1: of tissue that faces the camera in an
+    unknown pixel.
     """
 
     mask: Mask
@@ -47,16 +52,22 @@ class CameraImage:
     gap: NDArray[np.float32]
     pixel: float
     low: Array
+    unseen_cost: NDArray[np.float32]
 
     @cached_property
     def rim_pixels(self) -> Mask:
         """Boundary pixels of the mask that are the organ's true rim: more than three pixels from the unknown."""
-        boundary = self.mask & ~ndimage.binary_erosion(self.mask)
-        return boundary & ~ndimage.binary_dilation(self.unknown, iterations=3)
+        return outline(self.mask, self.unknown)
 
     def index(self, plane: Array) -> NDArray[np.int64]:
         """Pixel indices (..., 2) of image-plane coordinates (..., 2); may lie outside the image."""
         return np.floor((plane - self.low) / self.pixel).astype(np.int64)
+
+    def unseen_cost_at(self, points: Array) -> Array:
+        """Cost (N,) of organ tissue at camera-frame points (N, 3) if it faces the camera where nothing is known."""
+        index = self.index(points[:, :2] / np.maximum(points[:, 2:], 1e-9))
+        i, j = np.clip(index, 0, np.array(self.mask.shape) - 1).T
+        return self.unseen_cost[i, j].astype(np.float64)
 
     def centre(self, index: NDArray[np.integer]) -> Array:
         """Image-plane coordinates (..., 2) of pixel centres."""
@@ -90,15 +101,24 @@ def camera_image(
         organ_distance = np.where(front >= 0, distance[front], np.inf)[tuple(nearest)]
         occluder = _nearest_distance(others, low, pixel, (width, height))
         unknown |= ~mask & (occluder < organ_distance + options.behind * surface.radius)
+    facing = -np.einsum("ij,ij->i", surface.normals, surface.points) / distance
+    beyond = ~mask & beyond_cuts(outline(mask, unknown), plane, facing, low, pixel)
     return CameraImage(
         mask=mask,
-        unknown=unknown,
+        unknown=unknown | beyond,
         front=filled.astype(np.int32),
         nearest=nearest.astype(np.int32),
         gap=(gap * pixel).astype(np.float32),
         pixel=pixel,
         low=low,
+        unseen_cost=np.where(beyond, BEYOND_CUT, UNSEEN).astype(np.float32),
     )
+
+
+def outline(mask: Mask, unknown: Mask) -> Mask:
+    """Boundary pixels of the mask more than three pixels from the unknown."""
+    boundary = mask & ~ndimage.binary_erosion(mask)
+    return boundary & ~ndimage.binary_dilation(unknown, iterations=3)
 
 
 def _frontmost(index: NDArray[np.int64], distance: Array, shape: tuple[int, int]) -> NDArray[np.int64]:

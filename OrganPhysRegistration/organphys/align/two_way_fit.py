@@ -5,8 +5,8 @@ Residuals of one pose, lengths in the normalised CT frame:
 (b) organ sample that faces the camera, inside the mask and not far behind the seen surface -> the splat point of its
     pixel, point to plane: visible match and free space in one (deeper points count as self-occluded);
 (c) organ sample in a known-empty pixel -> plane through the camera and the nearest mask edge (silhouette).
-Robust cost e / (e + tau^2) (Geman-McClure). Organ samples that face the camera where nothing can be seen cost 0.8
-each, or huge organs would hide outside the view. Arrays are kept per axis, (B, points), float32: a third of the
+Robust cost e / (e + tau^2) (Geman-McClure). Organ samples that face the camera where nothing can be seen cost what
+the image says (``CameraImage.unseen_cost``). Arrays are kept per axis, (B, points), float32: a third of the
 time of (B, points, 3).
 """
 
@@ -22,7 +22,6 @@ from .pose_residuals import Rows, Single, columns, dot, homogeneous, normal_equa
 from .poses import Poses
 from .splat_view import SplatView
 
-UNSEEN_COST = np.float32(0.8)
 FACING = np.float32(0.15)
 
 
@@ -50,6 +49,7 @@ class TwoWayFit:
         self.seen = (image.mask & ~image.unknown).ravel()
         self.unknown = image.unknown.ravel()
         self.gap = image.gap.ravel()
+        self.unseen_cost = image.unseen_cost.ravel()
         self.nearest_depth = np.float32(1e-3 * surface.radius)
 
     def score(self, poses: Poses, tau: float) -> tuple[Array, Array]:
@@ -105,9 +105,10 @@ class TwoWayFit:
         towards = np.clip(facing, 0, 1)
         error = np.where(front, before * before, np.where(empty, beside * beside, 0))
         weight = np.where(front, towards, empty.astype(np.float32))
-        unseen = np.where(unknown & (facing > FACING), towards, 0).sum(1)
+        unseen = np.where(unknown & (facing > FACING), towards, 0)
+        unseen_cost, unseen = (unseen * self.unseen_cost[pixel]).sum(1), unseen.sum(1)
         total, count = weight.sum(1), np.float32(self.organ_points.shape[1])
-        cost = (weight * error / (error + tau2)).sum(1) + UNSEEN_COST * unseen
+        cost = (weight * error / (error + tau2)).sum(1) + unseen_cost
         cost /= np.maximum(total + unseen, 0.05 * count)
         if not rows:
             return Rows(cost, cost, cost, y, y)

@@ -16,7 +16,6 @@ from scipy.spatial import cKDTree
 from ..align.landmark_prior import LandmarkPrior, landmark_cost
 from ..align.poses import Poses
 from ..align.splat_view import SplatView
-from ..align.two_way_fit import UNSEEN_COST
 from ..ground.checks import Array
 from ..ground.frames import Similarity
 from ..ground.progress import Progress, no_progress
@@ -111,7 +110,7 @@ def elastic_score(
     unseen = seen.unknown & (seen.facing > 0.15)
     weight = np.where(seen.front | unseen, np.clip(seen.facing, 0, 1), 0) + seen.empty
     error = np.where(seen.front, seen.before, 0) ** 2 + np.where(seen.empty, seen.beside, 0) ** 2
-    cost = np.where(seen.unknown, float(UNSEEN_COST), error / (error + tau2))
+    cost = np.where(seen.unknown, view.image.unseen_cost_at(seen.points), error / (error + tau2))
     return ElasticScore(
         splat=float((squared / (squared + tau2)).mean()),
         camera=float((weight * cost).sum() / max(weight.sum(), 1e-9)),
