@@ -16,6 +16,7 @@ from ..ground.checks import Array, InputError, as_positive
 from ..points.gaussians import Gaussians
 from .body import Body
 from .gaussian_shapes import covariances
+from .simulation_basis import LocalColumns
 
 CHUNK = 4096  # Gaussians at a time: their rows stay in the cache
 Single = NDArray[np.float32]
@@ -43,7 +44,7 @@ class SplatBinding:
         rows, shape = f.transpose(1, 2, 0), self._planar
         for start in range(0, len(self.index), CHUNK):
             part = slice(start, start + CHUNK)
-            _sandwiched(rows[:, :, part], shape[:, :, part], out[:, :, part])
+            sandwiched(rows[:, :, part], shape[:, :, part], out[:, :, part])
         return u, out.transpose(2, 0, 1)
 
     def motion(self, body: Body, z: Array) -> tuple[Single, Single]:
@@ -74,18 +75,25 @@ class SplatBinding:
         return np.ascontiguousarray(self.covariance.transpose(1, 2, 0))
 
     def _add_local(self, body: Body, z: Array, u: Single, f: Single) -> None:
-        local = body.basis.local
-        assert local is not None
-        functions, weights = local.functions, local.mixing @ z
-        near = np.flatnonzero(((self.points - functions.middle) ** 2).sum(1) < functions.reach**2)
-        values, slopes = functions.values_and_gradients(self.points[near])
-        extra, share = values @ weights, self.share[near]
+        assert body.basis.local is not None
+        near, extra, slopes = local_motion(body.basis.local, z, self.points)
+        share = self.share[near]
         u[near] += share[:, None] * extra / self.unit
-        slope = share[:, None, None] * (slopes @ weights).transpose(1, 2, 0)
-        f[near] += slope + extra[:, :, None] * self.share_slope[near, None, :]
+        f[near] += share[:, None, None] * slopes + extra[:, :, None] * self.share_slope[near, None, :]
 
 
-def _sandwiched(f: Single, c: Single, out: Single) -> None:
+def local_motion(local: LocalColumns, z: Array, points: Array) -> tuple[NDArray[np.int64], Array, Array]:
+    """Which points (N, 3) m the local functions reach (k,), what they add there, (k, 3) m, and its slopes (k, 3, 3).
+
+    z (m, 3): local coordinates; without what the local columns take from the others.
+    """
+    functions, weights = local.functions, local.mixing @ z
+    near = np.flatnonzero(((points - functions.middle) ** 2).sum(1) < functions.reach**2)
+    values, slopes = functions.values_and_gradients(points[near])
+    return near, values @ weights, (slopes @ weights).transpose(1, 2, 0)
+
+
+def sandwiched(f: Single, c: Single, out: Single) -> None:
     """out = F C F^T, all (3, 3, K) with the Gaussians last: several times faster than small matrix products."""
     half = [[f[a, 0] * c[0, n] + f[a, 1] * c[1, n] + f[a, 2] * c[2, n] for n in range(3)] for a in range(3)]
     for a in range(3):
@@ -96,11 +104,38 @@ def _sandwiched(f: Single, c: Single, out: Single) -> None:
             out[b, a] = out[a, b]
 
 
+@dataclass(frozen=True)
+class Followers:
+    """Gaussians that follow a body: index (K,) into the splat, points (K, 3) m at rest, share b (K,), its slope
+    (K, 3) per m, and metres per scene unit."""
+
+    index: NDArray[np.int64]
+    points: Array
+    share: Array
+    share_slope: Array
+    unit: float
+
+
 def bind_splat(
     body: Body, gaussians: Gaussians, metres_per_unit: float, *, distance: float = 0.003, band: float = 0.003
 ) -> SplatBinding:
     """Binds all valid Gaussians up to ``distance`` + ``band`` m from the body at rest; they follow in full up to
-    ``distance``. InputError if none is so near."""
+    ``distance``. InputError if none is so near. ``splat_grid.bind_to_grid`` is the quick way for many Gaussians."""
+    bound = followers(body, gaussians, metres_per_unit, distance, band)
+    index, points, share, share_slope = bound.index, bound.points, bound.share, bound.share_slope
+    n = (body.plain or body).basis.size
+    phi, slopes = np.empty((len(index), n), dtype=np.float32), np.empty((3, len(index), n), dtype=np.float32)
+    for start in range(0, len(index), CHUNK):
+        part = slice(start, start + CHUNK)
+        values, gradients = (body.plain or body).basis.phi_and_gradient(points[part])
+        phi[part] = share[part, None] * values
+        slopes[:, part] = share[part, None] * gradients + share_slope[part].T[:, :, None] * values
+    covariance = covariances(gaussians, index).astype(np.float32)
+    return SplatBinding(index, points, share, share_slope, phi, slopes, covariance, bound.unit)
+
+
+def followers(body: Body, gaussians: Gaussians, metres_per_unit: float, distance: float, band: float) -> Followers:
+    """Which Gaussians follow and by how much; arguments as for ``bind_splat``."""
     unit, band = as_positive(metres_per_unit, "metres per unit"), as_positive(band, "band")
     if not np.isfinite(distance) or distance < 0:
         raise InputError(f"distance: expected a finite number of at least 0, got {distance}")
@@ -114,15 +149,7 @@ def bind_splat(
     share, steepness = _fade(away, distance, band)
     outward = (points - foot) / np.maximum(away, 1e-12)[:, None]
     share_slope = np.where(away[:, None] > distance, steepness[:, None] * outward, 0.0)
-    n = (body.plain or body).basis.size
-    phi, slopes = np.empty((len(index), n), dtype=np.float32), np.empty((3, len(index), n), dtype=np.float32)
-    for start in range(0, len(index), CHUNK):
-        part = slice(start, start + CHUNK)
-        values, gradients = (body.plain or body).basis.phi_and_gradient(points[part])
-        phi[part] = share[part, None] * values
-        slopes[:, part] = share[part, None] * gradients + share_slope[part].T[:, :, None] * values
-    covariance = covariances(gaussians, index).astype(np.float32)
-    return SplatBinding(index, points, share, share_slope, phi, slopes, covariance, unit)
+    return Followers(index, points, share, share_slope, unit)
 
 
 def _within_box(body: Body, means: NDArray[np.floating], unit: float, margin: float) -> NDArray[np.bool_]:

@@ -1,0 +1,68 @@
+"""A fine grid round the Gaussians that follow a body: its motion at the nodes, interpolated between them.
+
+Displacement and deformation gradient are known at the nodes of the cells that hold Gaussians and interpolated
+trilinearly, each by itself: both are off by about spacing^2 / 8 times their second derivatives.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from ..ground.checks import Array
+from .simulation_basis import SimulationBasis
+
+Single = NDArray[np.float32]
+CORNERS = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(8, 3)
+CHUNK = 4096
+
+
+@dataclass(frozen=True)
+class SplatGrid:
+    """phi (Nn, n) and slopes (3, Nn, n) per m of a basis at the nodes; corners (C, 8) of the cells that hold points;
+    cell (K,) of every point and where in it, part (K, 3) from 0 to 1."""
+
+    phi: Single
+    slopes: Single
+    corners: NDArray[np.int32]
+    cell: NDArray[np.int32]
+    part: Single
+
+    @classmethod
+    def around(cls, points: Array, basis: SimulationBasis, spacing: float) -> SplatGrid:
+        """The grid with cells of edge ``spacing`` m round points (K, 3), m."""
+        scaled = points / spacing
+        low = np.floor(scaled).astype(np.int64)
+        places, cell = np.unique(low, axis=0, return_inverse=True)
+        nodes, corners = np.unique((places[:, None] + CORNERS).reshape(-1, 3), axis=0, return_inverse=True)
+        phi = np.empty((len(nodes), basis.size), dtype=np.float32)
+        slopes = np.empty((3, len(nodes), basis.size), dtype=np.float32)
+        for start in range(0, len(nodes), CHUNK):
+            at = slice(start, start + CHUNK)
+            phi[at], slopes[:, at] = basis.phi_and_gradient(spacing * nodes[at])
+        return cls(
+            phi,
+            slopes,
+            corners.reshape(-1, 8).astype(np.int32),
+            cell.ravel().astype(np.int32),
+            (scaled - low).astype(np.float32),
+        )
+
+    def fields(self, z: Array) -> Single:
+        """Displacement, m, and F - I at the nodes at base coordinates Z (n, 3): (Nn, 12), u, then F by columns."""
+        out = np.empty((len(self.phi), 12), dtype=np.float32)
+        z32 = np.ascontiguousarray(z, dtype=np.float32)
+        out[:, :3] = self.phi @ z32
+        for m in range(3):
+            out[:, 3 * m + 3 : 3 * m + 6] = self.slopes[m] @ z32
+        return out
+
+    def weights(self) -> csr_array:
+        """Trilinear weights (K, Nn)."""
+        near = np.where(CORNERS.astype(bool), self.part[:, None, :], 1 - self.part[:, None, :]).prod(2)
+        starts = np.arange(0, 8 * len(self.cell) + 1, 8, dtype=np.int64)
+        columns = self.corners[self.cell].ravel()
+        return csr_array((near.astype(np.float32).ravel(), columns, starts), (len(self.cell), len(self.phi)))

@@ -1,0 +1,86 @@
+"""Gaussians moved by a warp kernel, on the CPU or a CUDA device; warp is loaded when one of these is made."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..ground.checks import Array, InputError
+from .simulation_basis import LocalColumns
+from .splat_binding import Followers
+from .splat_grid import Single, SplatGrid
+
+THREADS = min(os.cpu_count() or 1, 4)
+NOWHERE = np.zeros((0, 3))
+
+
+class WarpMover:
+    """Moves Gaussians with covariance (K, 3, 3) at rest by the motion of the nodes of their grid.
+
+    InputError if warp-lang is not installed or has no such device.
+    """
+
+    def __init__(self, bound: Followers, grid: SplatGrid, covariance: Single, device: str) -> None:
+        self._warp, self._kernel, self._motion = _loaded(device)
+        self._device, self._count = device, len(bound.index)
+        wp = self._warp
+        self._rest = (
+            self._array(grid.corners, wp.int32),
+            self._array(grid.cell, wp.int32),
+            self._array(grid.part, wp.vec3),
+            self._array(bound.points, wp.vec3),
+            self._array(bound.share, wp.float32),
+            self._array(bound.share_slope, wp.vec3),
+            self._array(covariance, wp.mat33),
+        )
+        self._per_metre = 1.0 / bound.unit
+
+    def frame(self, fields: Single, local: LocalColumns | None, z: Array) -> tuple[Single, Single]:
+        """Displacements (K, 3) in scene units and covariances (K, 3, 3), by the nodes' motion (Nn, 12)."""
+        wp = self._warp
+        centres, weights, radius, middle, reach = NOWHERE, NOWHERE, 1.0, np.zeros(3), 0.0
+        if local is not None:
+            centres, weights = local.functions.centres, local.mixing @ z
+            radius, middle, reach = local.functions.radius, local.functions.middle, local.functions.reach
+        moved = wp.empty(self._count, dtype=wp.vec3, device=self._device)
+        shape = wp.empty(self._count, dtype=wp.mat33, device=self._device)
+        node_motion = self._array(fields, self._motion)
+        kernels = (self._array(centres, wp.vec3), self._array(weights, wp.vec3))
+        numbers = (float(radius), wp.vec3(*middle.tolist()), float(reach), self._per_metre)
+
+        def launch(ends: tuple[int, int]) -> None:
+            inputs = [node_motion, *self._rest, *kernels, *numbers, ends[0]]
+            wp.launch(self._kernel, ends[1] - ends[0], inputs, outputs=[moved, shape], device=self._device)
+
+        cuts = np.linspace(0, self._count, (THREADS if self._device == "cpu" else 1) + 1).astype(int).tolist()
+        pieces = list(pairwise(cuts))
+        if len(pieces) == 1:
+            launch(pieces[0])
+        else:
+            with ThreadPoolExecutor(len(pieces)) as pool:
+                list(pool.map(launch, pieces))
+        return moved.numpy(), shape.numpy()
+
+    def _array(self, values: Any, dtype: Any) -> Any:
+        single = np.ascontiguousarray(values, dtype=np.int32 if dtype is self._warp.int32 else np.float32)
+        return self._warp.array(single, dtype=dtype, device=self._device)
+
+
+def _loaded(device: str) -> tuple[Any, Any, Any]:
+    """The warp module, the kernel and the type of a node's motion, or InputError that says what is missing."""
+    try:
+        import warp
+    except ImportError as error:
+        raise InputError(
+            f"device {device!r}: warp-lang is not installed; pip install 'organphys[gpu]', or use device 'numpy'"
+        ) from error
+    from .splat_kernels import Motion, move_gaussians
+
+    if device == "cuda" and not warp.is_cuda_available():
+        raise InputError("device 'cuda': warp finds no CUDA device here; use 'cpu' or 'numpy'")
+    warp.load_module(move_gaussians.module, device=device)
+    return warp, move_gaussians, Motion
