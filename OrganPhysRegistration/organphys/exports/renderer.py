@@ -44,7 +44,7 @@ class SplatLayer:
 
 def splat_picture(layer: SplatLayer) -> NDArray[np.uint8]:
     """The splat alone, (h, w, 3)."""
-    return _finished(layer.image)
+    return finished(layer.image)
 
 
 def overlay_picture(
@@ -63,14 +63,14 @@ def overlay_picture(
     organ = draw_triangles(view, vertices, faces)
     image, mask = layer.image.copy(), organ.covered
     pixels, flat = np.flatnonzero(mask), image.reshape(-1, 3)
-    shade = _shading(view, normals)[:, None]
+    shade = shading(view, normals)[:, None]
     shaded = organ.interpolated(faces, shade if colours is None else shade * colours)
     if colours is None:
         opacity = _glaze(organ.depth.ravel()[pixels], layer.fragments.depth.ravel()[pixels])[:, None]
         shaded = opacity * shaded * ORGAN_BLUE + (1 - opacity) * flat[pixels]
     flat[pixels] = shaded
     flat[np.flatnonzero(mask & ~binary_erosion(mask, iterations=SUPERSAMPLING))] = OUTLINE
-    return _finished(image)
+    return finished(image)
 
 
 def solid_picture(
@@ -88,14 +88,14 @@ def _glaze(organ_depth: Reals, splat_depth: Reals) -> Reals:
     return np.where(alone, GLAZE_ALONE, GLAZE_BEHIND + (GLAZE_FRONT - GLAZE_BEHIND) * ahead)
 
 
-def _shading(view: View, normals: Array) -> Array:
+def shading(view: View, normals: Array) -> Array:
     """Brightness (N,) from a light beside the camera."""
     light = np.array([-0.35, -0.45, -1.0]) @ view.axes
     lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-9) * np.linalg.norm(light)
     return 0.30 + 0.75 * np.clip(normals @ light / lengths, 0, 1)
 
 
-def _finished(image: Reals) -> NDArray[np.uint8]:
+def finished(image: Reals) -> NDArray[np.uint8]:
     """Average of each block of supersamples, as bytes."""
     s = SUPERSAMPLING
     small = image[::s, ::s].copy()

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..ground.atomic_file import atomic_path, write_bytes
-from ..ground.checks import InputError, one_of
+from ..ground.checks import one_of
 from .surface_mesh import FRAMES
-from .tetrahedra import MISSING, TetrahedralMesh
+from .tetrahedra import TetrahedralMesh, check_tetrahedra
 
 FORMATS = {"vtu": "vtu", "msh": "gmsh22"}
 
@@ -24,10 +24,9 @@ def write_tetrahedra(
     Gmsh files carry physical group 1. InputError without meshio or for another format.
     """
     chosen = one_of(format or Path(path).suffix.lower().lstrip("."), "format of tetrahedra", tuple(FORMATS))
-    try:
-        import meshio
-    except ImportError as error:
-        raise InputError(MISSING) from error
+    check_tetrahedra()
+    import meshio
+
     data: dict[str, list[Any]] = {"radius_ratio": [mesh.radius_ratios]}
     if chosen == "msh":
         group = np.ones(len(mesh.cells), dtype=np.int32)

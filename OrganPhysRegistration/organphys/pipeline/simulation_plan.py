@@ -1,0 +1,66 @@
+"""What a simulation of one organ under one instrument starts from: scene, tool poses, and what the user must know."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..asset.registered_organ import RegisteredOrgan
+from ..ground.checks import Array, InputError
+from ..ground.frames import Similarity
+from ..ground.notices import Notice
+from ..points.trajectory import Trajectory
+from ..simulation.body import Body
+from ..simulation.options import SimulationOptions
+from ..simulation.organ_body import metres_per_unit
+from ..simulation.psm import Psm
+from ..simulation.psm_trajectory import reachable
+from ..simulation.scene import Scene
+from ..simulation.state import ToolPose
+from ..simulation.tools import place
+
+MOST_STEPS = 100_000
+TOUCH = 1e-4  # m: a tool this deep in the organ at the start is told
+
+
+@dataclass(frozen=True)
+class SimulationPlan:
+    """poses: one of the instrument for the start and for every step of ``dt`` s."""
+
+    organ: RegisteredOrgan
+    scene: Scene
+    psm: Psm
+    poses: tuple[ToolPose, ...]
+    dt: float
+    notices: tuple[Notice, ...]
+
+
+def simulation_plan(
+    organ: RegisteredOrgan, body: Body, psm: Psm, trajectory: Trajectory, *, fps: float, options: SimulationOptions
+) -> SimulationPlan:
+    """The plan for a trajectory of the tip in any frame; poses beyond the joint limits are clamped and told."""
+    if not 1 <= fps <= 1000:
+        raise InputError(f"--fps: expected 1 to 1000 steps per second, got {fps:g}")
+    T_sim_scene = Similarity(metres_per_unit(organ), np.eye(3), np.zeros(3))
+    tips = trajectory.in_metres(T_sim_scene, T_sim_scene @ organ.T_scene_ct)
+    steps = max(1, round(tips.duration * fps))
+    if steps > MOST_STEPS:
+        raise InputError(
+            f"trajectory: {tips.duration:g} s at {fps:g} steps per second are more than {MOST_STEPS} steps"
+        )
+    tips = tips.resampled(tips.times[0] + np.arange(steps + 1) / fps)
+    reach = reachable(psm, tips)
+    scene = Scene((body,), (psm.tool(),), options)
+    notices = (*scene.notices(), *reach.notices(), *_inside(scene, reach.poses[0]))
+    return SimulationPlan(organ, scene, psm, reach.poses, 1 / fps, notices)
+
+
+def _inside(scene: Scene, pose: ToolPose) -> tuple[Notice, ...]:
+    points = scene.bodies[0].samples.points
+    gaps: list[Array] = [part.gap_and_normal(points)[0] for part in place(scene.tools[0], pose)]
+    depth = -float(np.min(gaps))
+    if depth < TOUCH:
+        return ()
+    text = f"the tool starts {1000 * depth:.1f} mm inside the surface of the organ: it is pushed out gently"
+    return (Notice("tool_inside", text),)
