@@ -96,7 +96,7 @@ class DefaultMethod:
         begin, organ = perf_counter(), self.organ
         options = ElasticOptions.stiffness(self.case.options.stiffness)
         recorder = ElasticRecorder(organ, self.view, options, progress, on_surface)
-        pose = rigid.pose if start is None else self._pose(start)
+        pose = rigid.pose if start is None else self.camera_pose(start)
         state, report = self._bent(pose, options, recorder)
         state = state.without_rigid_part(organ)
         sure = self._sure_of(state, rigid, start, report)
@@ -182,7 +182,7 @@ class DefaultMethod:
 
     def _near(self, start: Similarity) -> Poses:
         """The one pose T_camera_normalised that lies close to ``start`` = T_scene_ct."""
-        pose, seed = self._pose(start), self.case.options.seed
+        pose, seed = self.camera_pose(start), self.case.options.seed
         return Poses.of([pose_near(pose, self.samples, self.view, scale=self._exact_scale(), seed=seed)])
 
     def _exact_scale(self) -> float | None:
@@ -197,8 +197,8 @@ class DefaultMethod:
         T_normalised_ct = self.samples.normalisation.T_ct_normalised.inverse()
         return self.view.T_camera_scene.inverse() @ T_camera_normalised @ T_normalised_ct
 
-    def _pose(self, T_scene_ct: Similarity) -> Similarity:
-        """T_camera_normalised."""
+    def camera_pose(self, T_scene_ct: Similarity) -> Similarity:
+        """T_camera_normalised of a T_scene_ct."""
         return self.view.T_camera_scene @ T_scene_ct @ self.samples.normalisation.T_ct_normalised
 
     def _unit_notices(self, free_start: Similarity) -> tuple[Notice, ...]:

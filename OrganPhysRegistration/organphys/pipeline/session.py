@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import Any
 
 from ..asset.baked_surface import BakedSurface
-from ..ground.checks import Array, one_of
+from ..ground.checks import Array, InputError, one_of
 from ..ground.frames import Similarity
 from ..ground.progress import Progress, no_progress
 from ..ground.solve_report import SolveReport, Stop
@@ -134,6 +134,13 @@ class RegistrationSession:
         if isinstance(self._method, DefaultMethod) and "coarse" in self.state.stages:
             self._loop = self._loop.prepared(self._method, self.state.stages["coarse"], progress)
         self._bake()
+
+    @property
+    def default_method(self) -> DefaultMethod:
+        """The method's own state, for whoever follows the organ on; InputError for another method."""
+        if not isinstance(self._method, DefaultMethod):
+            raise InputError("method: expected organphys, which alone can be followed on")
+        return self._method
 
     @property
     def registration(self) -> Registration:
