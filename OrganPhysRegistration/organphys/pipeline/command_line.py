@@ -18,6 +18,7 @@ from typing import NoReturn
 
 from .. import __version__
 from .command_options import add_demo, add_info, add_map, add_register
+from .command_options_follow import add_follow
 from .command_options_simulate import add_export, add_simulate
 
 _DONE, _ERROR, _STOPPED = 0, 2, 130
@@ -42,7 +43,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"organphys {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (add_register, add_map, add_info, add_simulate, add_export, add_demo):
+    for add in (add_register, add_follow, add_map, add_info, add_simulate, add_export, add_demo):
         add(commands)
     return parser
 

@@ -26,7 +26,7 @@ def add_register(commands: Any) -> None:
     _add_quiet(parser)
 
 
-def _add_inputs(group: Any) -> None:
+def _add_inputs(group: Any, *, splat: bool = True) -> None:
     group.add_argument("--labels", required=True, metavar="FILE", help="label map: .nii.gz, .nrrd, .seg.nrrd or .mha")
     group.add_argument(
         "--organ",
@@ -37,7 +37,9 @@ def _add_inputs(group: Any) -> None:
     group.add_argument(
         "--label-scheme", metavar="NAME", help=f"table that gives the label numbers their names: {SCHEMES}"
     )
-    group.add_argument("--splat", required=True, metavar="FILE", help="Gaussian splat or coloured point cloud (.ply)")
+    if splat:
+        text = "Gaussian splat or coloured point cloud (.ply)"
+        group.add_argument("--splat", required=True, metavar="FILE", help=text)
     group.add_argument(
         "--landmarks",
         metavar="FILE|X,Y,Z;...",
@@ -111,7 +113,10 @@ def add_map(commands: Any) -> None:
         description="Maps points from CT (RAS mm) to the scene (raw units of the splat), or back with --inverse. "
         "Needs nothing but the asset.",
     )
-    parser.add_argument("asset", metavar="ASSET", help="organ.organphys of a registration")
+    parser.add_argument(
+        "asset", metavar="ASSET", help="organ.organphys of a registration, or organ.organphys-seq of a sequence"
+    )
+    parser.add_argument("--frame", type=int, metavar="K", help="frame of a sequence, the first is 0")
     parser.add_argument(
         "--points",
         required=True,

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..asset.asset_file import load_asset
 from ..asset.registered_organ import RegisteredOrgan
+from ..asset.sequence_file import ENDING, load_sequence
 from ..basis.error_radius import error_radius
 from ..ground.atomic_file import atomic_path
 from ..ground.checks import Array, InputError
@@ -20,7 +21,7 @@ def run(arguments: argparse.Namespace) -> None:
     if not arguments.out.lower().endswith(".npy"):
         raise InputError(f"--out: expected a file that ends in .npy, got {arguments.out}")
     points = read_points(arguments.points)
-    organ = load_asset(arguments.asset)
+    organ = organ_of(arguments.asset, arguments.frame)
     mapped = organ.inverse_map_points(points) if arguments.inverse else organ.map_points(points)
     if arguments.confidence:
         mapped = np.column_stack([mapped, error_radii(organ, mapped if arguments.inverse else points)])
@@ -41,6 +42,18 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.confidence and len(points):
         middle = np.nanmedian(mapped[:, 3:], axis=0)
         print(f"median error radius {middle[0]:.2f} mm (68 %), {middle[1]:.2f} mm (95 %)")
+
+
+def organ_of(path: str, frame: int | None) -> RegisteredOrgan:
+    """The organ of an asset, or of a sequence at ``frame``."""
+    if not path.lower().endswith(ENDING):
+        if frame is not None:
+            raise InputError(f"--frame: {path} is no sequence; leave it out, or name a file that ends in {ENDING}")
+        return load_asset(path)
+    sequence = load_sequence(path)
+    if frame is None:
+        raise InputError(f"{path}: a sequence of {len(sequence)} frames; say which one with --frame")
+    return sequence.frame(frame)
 
 
 def error_radii(organ: RegisteredOrgan, points_ct: Array) -> Array:

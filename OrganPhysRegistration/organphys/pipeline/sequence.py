@@ -75,10 +75,11 @@ class SequenceFollower:
 
     @property
     def sequence(self) -> OrganSequence:
-        """What was found so far."""
-        return self._sequence("s")
+        """What was found so far, times in seconds."""
+        return self.sequence_with()
 
-    def _sequence(self, time_unit: str) -> OrganSequence:
+    def sequence_with(self, *, time_unit: str = "s", figures: Mapping[str, Array] | None = None) -> OrganSequence:
+        """The same with times in another unit ("frame") and further ``figures``, one number per frame."""
         if self.registration is None:
             raise InputError("sequence: no frame was added yet")
         frames, poses = self.frames, [frame.T_scene_ct for frame in self.frames]
@@ -96,6 +97,7 @@ class SequenceFollower:
                 "score": np.array([frame.fit.score for frame in frames]),
                 "seen_percent": np.array([100 * frame.fit.seen_share for frame in frames]),
                 "seconds": np.array([frame.seconds for frame in frames]),
+                **(figures or {}),
             },
             notices=tuple((k, _told(frame)) for k, frame in enumerate(frames) if frame.lost),
         )
