@@ -13,7 +13,7 @@ from ..asset.surface_distance import vertex_normals
 from ..ground.checks import Array
 from .camera_view import View
 from .mesh_thinning import ThinMesh, thin_mesh
-from .rasteriser import draw_triangles
+from .rasteriser import Reals, draw_triangles
 from .renderer import SUPERSAMPLING, SplatLayer, finished, shading
 from .report_pictures import point_spacing
 
@@ -54,15 +54,17 @@ class Stage:
         return finished(image)
 
 
-def stages(vertices: Array, faces: NDArray[np.int64], camera: Array, centres: Array, colours: Array) -> list[Stage]:
-    """From the camera, and from beside it."""
-    front = View(camera, vertices.mean(0), np.array([0.0, 1.0, 0.0]), 1.0, WIDTH, HEIGHT)
+def stages(
+    vertices: Array, faces: NDArray[np.int64], shown: Array, *, camera: Array, centres: Array, colours: Array
+) -> list[Stage]:
+    """From the camera, and from beside it; both hold the vertices (K, 3) ``shown``."""
+    front = View(camera, shown.mean(0), np.array([0.0, 1.0, 0.0]), 1.0, WIDTH, HEIGHT)
     radius = 2.0 * point_spacing(centres) if len(centres) else 1.0
-    views = (front.fitted(vertices, fill=0.8), front.turned(1, 55).fitted(vertices, fill=0.8))
+    views = (front.fitted(shown, fill=0.9), front.turned(1, 55).fitted(shown, fill=0.9))
     return [Stage(view, vertices, faces, colours, radius) for view in views]
 
 
-def _paint(image: Array, depth: Array, view: View, solid: Solid, colour: Array, *, only_bare: bool = False) -> None:
+def _paint(image: Reals, depth: Reals, view: View, solid: Solid, colour: Array, *, only_bare: bool = False) -> None:
     """Draw a solid into image (h, w, 3) and depth (h, w): before what is there, and faintly behind it.
 
     only_bare: just where nothing has been drawn yet, as tissue that the endoscope did not see.

@@ -22,7 +22,6 @@ from ..ground.progress import Progress
 from ..readers.gaussian_ply import read_gaussians
 from ..simulation.organ_body import metres_per_unit
 from ..simulation.session import Recording, Snapshot
-from ..simulation.splat_binding import bind_splat
 from .output_folder import whole_or_nothing
 from .recorded_moment import moment_at, moments, recording_of
 from .simulated_organ import body_from_options, camera_of
@@ -142,8 +141,9 @@ def _splat(arguments: argparse.Namespace, source: _Source, progress: Progress) -
     recording = source.recording
     assert recording is not None
     body, gaussians = recording.start.scene.bodies[source.index], read_gaussians(arguments.splat)
-    splat = FollowingSplat(gaussians, bind_splat(body, gaussians, metres_per_unit(source.organ)), source.index)
-    told = f"{len(gaussians)} Gaussians in their order, {len(splat.binding.index)} of them follow the organ"
+    splat = FollowingSplat(gaussians, body, metres_per_unit(source.organ), index=source.index)
+    bound = len(splat.binding(recording.start).index)
+    told = f"{len(gaussians)} Gaussians in their order, {bound} of them follow the organ"
     if arguments.at != "all":
         splat.write(arguments.out, moment_at(recording, _time(arguments), progress=progress))
         return [told]

@@ -19,7 +19,6 @@ from ..simulation.instruments import instrument_named
 from ..simulation.options import SimulationOptions, gravity_along
 from ..simulation.organ_body import metres_per_unit, scene_direction
 from ..simulation.psm import Psm, default_trocar
-from ..simulation.splat_binding import bind_splat
 from .default_grasp import default_grasp, far_side_pin
 from .output_folder import whole_or_nothing
 from .simulated_organ import body_from_options, camera_of
@@ -69,7 +68,7 @@ def prepared(arguments: argparse.Namespace, progress: Progress) -> tuple[Simulat
     if gaussians is None:
         return plan, None
     progress("bind the splat", 0.0)
-    return plan, FollowingSplat(gaussians, bind_splat(body, gaussians, metres_per_unit(organ)))
+    return plan, FollowingSplat(gaussians, body, metres_per_unit(organ))
 
 
 def arm_over(organ: RegisteredOrgan, body: Body, instrument: str, camera: Array) -> Psm:

@@ -12,7 +12,7 @@ from ..simulation.body import Body
 from ..simulation.organ_body import metres_per_unit
 from ..simulation.pins import Pin
 
-OPEN_DEG, AWAY, DEPTH, LIFT = 60.0, 0.02, 0.007, 0.015  # degrees; m before the surface, below it, and up
+OPEN_DEG, AWAY, DEPTH, LIFT = 60.0, 0.02, 0.007, 0.018  # degrees; m before the surface, below it, and up
 # seconds, way from AWAY (0) to DEPTH (1), lift (0..1), jaws (0 closed..1 open)
 KEYS = ((0.0, 0, 0, 1), (0.6, 1, 0, 1), (0.9, 1, 0, 0), (1.7, 1, 1, 0), (2.0, 1, 1, 0))
 HELD = 0.12  # of the surface's vertices

@@ -35,8 +35,18 @@ def write_simulation(
 ) -> None:
     """All files into an existing folder; ``video``: "webp", "gif" or "png", None for none."""
     body = plan.scene.bodies[0]
-    forces = {"time_s": log.time_s, "force_n": log.force_n, "torque_nm": log.torque_nm, "volume_ml": log.volume_ml}
-    more = {"min_det_f": log.min_det_f, "deepest_mm": log.deepest_mm, "contacts": log.contacts, "held": log.held}
+    forces: dict[str, Sequence[object]] = {
+        "time_s": log.time_s,
+        "force_n": log.force_n,
+        "torque_nm": log.torque_nm,
+        "volume_ml": log.volume_ml,
+    }
+    more: dict[str, Sequence[object]] = {
+        "min_det_f": log.min_det_f,
+        "deepest_mm": log.deepest_mm,
+        "contacts": log.contacts,
+        "held": log.held,
+    }
     write_forces(folder / FORCES, {**forces, "jaw_deg": [pose.jaw_deg for pose in log.poses], **more})
     write_states(folder / STATES, body, metres_per_unit(plan.organ), {**forces, "z_m": log.z}, log.poses)
     save_recording(folder / RECORDING, recording)

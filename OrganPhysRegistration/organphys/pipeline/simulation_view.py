@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 from scipy.special import expit
 
 from ..exports.picture_sheet import Picture
@@ -20,6 +21,7 @@ from .simulation_run import Step
 MOMENTS = 6  # pictures of a strip
 VIDEO_FPS = 30.0
 VIEWS = ("from the camera", "from beside")
+SHOWN_M = 0.075  # round the place where the tool comes nearest
 SHOWN = 0.1  # opacity from which a Gaussian is drawn
 
 
@@ -35,10 +37,17 @@ class SimulationView:
             gaussians = splat.gaussians
             opaque = expit(gaussians.opacity_logits.astype(np.float64)) > SHOWN
             self._shown = np.flatnonzero(gaussians.valid & opaque)
-            colours = colour_from_sh(gaussians.sh_dc[self._shown].astype(np.float64))
+            colours = colour_from_sh(gaussians.sh_dc[self._shown]).astype(np.float64)
         body = plan.scene.bodies[0]
         rest = body.samples.vertices / self._unit
-        self._stages = stages(rest, body.samples.faces, camera_of(plan.organ), self._centres(None), colours)
+        self._stages = stages(
+            rest,
+            body.samples.faces,
+            near_tool(body.samples.vertices, plan) / self._unit,
+            camera=camera_of(plan.organ),
+            centres=self._centres(None),
+            colours=colours,
+        )
         last = len(plan.poses) - 1
         self._wanted = set(np.linspace(0, last, min(MOMENTS, last + 1)).round().astype(int).tolist())
         self._every = max(1, round(1 / (VIDEO_FPS * plan.dt))) if video else 0
@@ -78,12 +87,21 @@ class SimulationView:
         centres = self._splat.gaussians.means.astype(np.float64)
         if step is not None:
             body, z = step.moment.scene.bodies[0], step.moment.state.bodies[0].z
-            centres[self._splat.binding.index] += self._splat.binding.motion(body, z)[0]
+            binding = self._splat.binding(step.moment)
+            centres[binding.index] += binding.motion(body, z)[0]
         return centres[self._shown]
 
     def _beside_each_other(self, vertices: Array, centres: Array, tools: list) -> NDArray[np.uint8]:
         views: list[Stage] = self._stages
         return np.concatenate([stage.picture(vertices, centres, tools) for stage in views], axis=1)
+
+
+def near_tool(vertices: Array, plan: SimulationPlan) -> Array:
+    """Those of the vertices (Nv, 3) m that the pictures hold: round where the tool comes, all of a small organ."""
+    places = np.array([pose.position for pose in plan.poses])
+    gap, nearest = cKDTree(vertices).query(places)
+    around: Array = vertices[np.linalg.norm(vertices - vertices[nearest[gap.argmin()]], axis=1) < SHOWN_M]
+    return around
 
 
 def caption(step: Step) -> str:
