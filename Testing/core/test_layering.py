@@ -50,7 +50,10 @@ THIRD_PARTY = {
     "exports": NUMERIC | {"vtk", "vtkmodules", "matplotlib", "PIL", "SimpleITK", "plyfile", "meshio", "pytetwild"},
     "pipeline": NUMERIC | {"threadpoolctl"},
 }
-THIRD_PARTY_OF_FILE = {("basis", "learned"): {"torch"}}  # a file whose name starts so may import this as well
+THIRD_PARTY_OF_FILE = {  # a file whose name starts so may import this as well
+    ("basis", "learned"): {"torch"},
+    ("simulation", "psm_newton"): {"newton"},
+}
 LAZY_ROOT = {"__init__.py", "__main__.py"}  # the public names and `python -m organphys`: they may name every floor
 
 

@@ -113,12 +113,20 @@ class Psm:
         start = self.home if near is None else as_joints(near)
         rotation, hinge = self._in_rcm(pose.rotation[None], pose.position[None])
         joints, clamped = inverse_joints(rotation, hinge, start[None], self.instrument)
+        return self.solutions(joints, clamped, rotation, hinge, np.array([pose.jaw_deg]))[0]
+
+    def solutions(
+        self, joints: Array, clamped: NDArray[np.bool_], rotation: Array, hinge: Array, jaw_deg: Array
+    ) -> tuple[PsmSolution, ...]:
+        """What joints (N, 6), clamped (N, 6) as said, make of wanted poses in the RCM frame and openings (N,)."""
         reached = links(joints, self.instrument)
         away, angle = pose_errors(reached, rotation, hinge)
-        jaw, beyond = self._jaw(np.array([pose.jaw_deg]))
-        names = tuple(name for name, hit in zip((*JOINTS, "jaw"), (*clamped[0], beyond[0]), strict=True) if hit)
-        at = self._in_scene(reached, jaw)[0]
-        return PsmSolution(joints[0], at.jaw_deg, at, float(away[0]), float(angle[0]), names)
+        jaw, beyond = self._jaw(jaw_deg)
+        rows = zip(joints, self._in_scene(reached, jaw), away, angle, clamped, beyond, strict=True)
+        return tuple(
+            PsmSolution(q, at.jaw_deg, at, float(mm), float(deg), _names((*hit, jaw_hit)))
+            for q, at, mm, deg, hit, jaw_hit in rows
+        )
 
     def inverse_path(
         self, rotations: Array, positions: Array, jaw_deg: Array, *, near: ArrayLike | None = None
@@ -161,6 +169,10 @@ class Psm:
     def meshes(self, joints: ArrayLike, jaw_deg: float) -> list[PlacedMesh]:
         """Surfaces for display, vertices (N, 3) in metres of the scene."""
         return psm_meshes(self.instrument, self.forward(joints, jaw_deg), self.rcm)
+
+
+def _names(hit: tuple[bool, ...]) -> tuple[str, ...]:
+    return tuple(name for name, one in zip((*JOINTS, "jaw"), hit, strict=True) if one)
 
 
 def as_joints(joints: ArrayLike) -> Array:
