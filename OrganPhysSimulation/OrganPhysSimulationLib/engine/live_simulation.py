@@ -123,6 +123,16 @@ class LiveSimulation:
         self._start(scene, scene.initial_state(self.pose))
         self.readings.clear()
 
+    def joints_at_contact(self, *, depth: float = 0.006) -> Array:
+        """Joints (6,) with the straight instrument inserted until its tip is ``depth`` m inside the organ at rest."""
+        joints, surface = self._first_arm.joints.copy(), self.prepared.body.shape.surface
+        tip = np.array([0.0, 0.0, self.psm.instrument.jaw_length])
+        for joints[2] in np.arange(joints[2], self.psm.instrument.insertion, 0.001):
+            pose = self.psm.forward(joints, 0.0)
+            if surface.signed_with_foot((pose.position + pose.rotation @ tip)[None])[0][0] < -depth:
+                break
+        return joints
+
     # edits
 
     def set_pins(self, pins: tuple[Pin, ...]) -> None:
