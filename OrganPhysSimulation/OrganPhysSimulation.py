@@ -38,9 +38,9 @@ class OrganPhysSimulation(ScriptedLoadableModule):
         parent.dependencies = ["OrganPhysRegistration"]
         parent.contributors = ["OrganPhys contributors"]
         parent.helpText = _(
-            "Makes an organ that OrganPhys Registration laid onto an endoscopic Gaussian splat soft: grasp it with a da "
-            "Vinci instrument and lift it, the splat moves along. Choose the organ, place pins where ligaments hold it, "
-            "press Start, and drag the instrument's handle in the 3D view or use its sliders; J closes the jaws. "
+            "Makes an organ that OrganPhys Registration laid onto an endoscopic Gaussian splat soft: grasp it with a "
+            "da Vinci instrument and lift it, the splat moves along. Choose the organ, place pins where ligaments hold "
+            "it, press Start, and drag the instrument's handle in the 3D view or use its sliders; J closes the jaws. "
             "Sample data makes everything ready. For research only: not a medical device."
         )
         parent.acknowledgementText = _("OrganPhys is free software under the Apache License 2.0.")

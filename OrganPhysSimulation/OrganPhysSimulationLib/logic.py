@@ -48,12 +48,14 @@ class OrganPhysSimulationLogic(ScriptedLoadableModuleLogic):
     """At most one simulation at a time: ``session``, None before it is prepared and after it is closed.
 
     ``onFrame``, ``onStopped(reason)``: called after every shown frame, and when stepping stopped by itself.
+    ``fineness``: handles and quadrature points of simulations to come, where not 20 and 2000.
     """
 
     def __init__(self, parent: Any = None) -> None:
         ScriptedLoadableModuleLogic.__init__(self, parent)
         self.moduleName = "OrganPhysSimulation"  # the parameter node carries it, whatever the class is called
         self.session: SimulationSession | None = None
+        self.fineness: dict[str, int] = {}
         self.onFrame: Callable[[], None] = nothing
         self.onStopped: Callable[[str], None] = nothing
         self._work: Background | None = None
@@ -104,7 +106,7 @@ class OrganPhysSimulationLogic(ScriptedLoadableModuleLogic):
         return self._begin(inputs.built(), organNode, splatNode)
 
     def prepare(self, onReady: Callable[[], None], onFailed: Callable[[Exception], None], **inputs: Any) -> None:
-        """As ``startSimulation``, beside Slicer's window; inputs: see ``runs.gathered``. InputError at once, or told."""
+        """As ``startSimulation``, beside Slicer's window; inputs: see ``runs.gathered``."""
         organ, splat = inputs.pop("organ_node"), inputs.pop("splat")
         gathered_inputs = self._gathered(organ, splat, **inputs)
 
@@ -265,7 +267,7 @@ class OrganPhysSimulationLogic(ScriptedLoadableModuleLogic):
         return None if recorder is None else recorder.finish()
 
     def export(self, what: str, path: str | Path) -> str:
-        """Write a file and return its path: "surface" (.stl, .ply, .vtp; RAS mm), "splat" (.ply), "recording" (.npz)."""
+        """Write a file: "surface" (.stl, .ply, .vtp; RAS mm), "splat" (.ply) or "recording" (.npz); its path."""
         session = self._needed()
         if what == "surface":
             export_surface(session.surface.node, session.frame, path)
@@ -288,7 +290,7 @@ class OrganPhysSimulationLogic(ScriptedLoadableModuleLogic):
         ensure_packages()
         self.closeSimulation()
         try:
-            return gathered(organ, splat_of_organ(organ) if splat is None else splat, **inputs)
+            return gathered(organ, splat_of_organ(organ) if splat is None else splat, **{**self.fineness, **inputs})
         except InputError:
             remove_all()
             raise

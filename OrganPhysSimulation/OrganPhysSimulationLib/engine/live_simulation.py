@@ -127,7 +127,8 @@ class LiveSimulation:
         """Joints (6,) with the straight instrument inserted until its tip is ``depth`` m inside the organ at rest."""
         joints, surface = self._first_arm.joints.copy(), self.prepared.body.shape.surface
         tip = np.array([0.0, 0.0, self.psm.instrument.jaw_length])
-        for joints[2] in np.arange(joints[2], self.psm.instrument.insertion, 0.001):
+        for depth_in in np.arange(joints[2], self.psm.instrument.insertion, 0.001):
+            joints[2] = depth_in
             pose = self.psm.forward(joints, 0.0)
             if surface.signed_with_foot((pose.position + pose.rotation @ tip)[None])[0][0] < -depth:
                 break

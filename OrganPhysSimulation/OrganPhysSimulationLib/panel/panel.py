@@ -59,10 +59,13 @@ class Panel(VTKObservationMixin):
         if self.parameters is None:
             return
         for section in self.sections:
-            try:
-                section.refresh()
-            except Exception as error:
-                tell_failure(self, f"refresh of {type(section).__name__}", error)
+            self._refresh_section(section)
+
+    def _refresh_section(self, section: Section) -> None:
+        try:
+            section.refresh()
+        except Exception as error:
+            tell_failure(self, f"refresh of {type(section).__name__}", error)
 
     def refresh_soon(self, *_event: Any) -> None:
         """Refresh in the next turn of the event loop, however often this is called until then."""
