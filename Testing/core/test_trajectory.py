@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation, Slerp
 
 from organphys.exports.trajectory_file import write_trajectory
 from organphys.ground.checks import InputError
@@ -74,6 +74,9 @@ def test_between_poses_it_is_straight_and_turns_evenly():
         assert np.allclose(trajectory.at(trajectory.times[k]).rotation, trajectory.rotations[k])
     assert np.array_equal(trajectory.at(-5.0).position, trajectory.positions[0])
     assert np.array_equal(trajectory.at(1e6).position, trajectory.positions[-1])
+    slerp = Slerp(trajectory.times, Rotation.from_matrix(trajectory.rotations))
+    for time in np.linspace(trajectory.times[0], trajectory.times[-1], 33):
+        assert np.allclose(trajectory.at(time).rotation, slerp(time).as_matrix(), atol=1e-12)
     many = trajectory.resampled(np.linspace(trajectory.times[0], trajectory.times[-1], 40))
     assert len(many) == 40 and many.duration == pytest.approx(trajectory.duration)
     still = Trajectory([0.0], [[1.0, 2, 3]], [np.eye(3)], [5.0])

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.spatial.transform import Rotation
 
 from ..ground.checks import Array, InputError, as_points, one_of
 from ..ground.frames import MM_PER_UNIT, Similarity, rotation_about, rotation_between
@@ -73,20 +73,34 @@ class Trajectory:
         return float(self.times[-1] - self.times[0])
 
     def at(self, time: float) -> TipPose:
-        """The pose at ``time`` s: straight between poses and turning evenly (Slerp); outside, the nearest end."""
-        one = self.resampled(np.array([time]))
-        return TipPose(one.positions[0], one.rotations[0], float(one.jaw_deg[0]))
+        """The pose at ``time`` s: straight between poses, turning evenly (Slerp); outside, that of the nearest end."""
+        if not np.isfinite(time):
+            raise InputError(f"time: expected finite seconds, got {time}")
+        if time <= self.times[0] or time >= self.times[-1]:
+            end = 0 if time <= self.times[0] else -1
+            return TipPose(self.positions[end], self.rotations[end], float(self.jaw_deg[end]))
+        k = int(np.searchsorted(self.times, time, side="right")) - 1
+        part = float((time - self.times[k]) / (self.times[k + 1] - self.times[k]))
+        position = self.positions[k] + part * (self.positions[k + 1] - self.positions[k])
+        jaw = self.jaw_deg[k] + part * (self.jaw_deg[k + 1] - self.jaw_deg[k])
+        turn, angle = self._turns[k], float(np.linalg.norm(self._turns[k]))
+        rotation = self.rotations[k] if angle < 1e-12 else rotation_about(turn, part * angle) @ self.rotations[k]
+        return TipPose(position, rotation, float(jaw))
 
     def resampled(self, times: ArrayLike) -> Trajectory:
         """The trajectory at other times (K,) s, rising; outside its own the pose of the nearest end."""
         wanted = np.asarray(times, dtype=np.float64)
-        if wanted.ndim != 1 or not np.isfinite(wanted).all():
+        if wanted.ndim != 1 or not len(wanted) or not np.isfinite(wanted).all():
             raise InputError("time: expected finite seconds")
-        inside = np.clip(wanted, self.times[0], self.times[-1])
-        positions = np.stack([np.interp(inside, self.times, column) for column in self.positions.T], axis=1)
-        rotations = self.rotations[:1].repeat(len(inside), 0) if self._turn is None else self._turn(inside).as_matrix()
-        jaw = np.interp(inside, self.times, self.jaw_deg)
-        return replace(self, times=wanted, positions=positions, rotations=rotations, jaw_deg=jaw)
+        tips = [self.at(float(time)) for time in wanted]
+        positions, rotations = np.stack([tip.position for tip in tips]), np.stack([tip.rotation for tip in tips])
+        return replace(
+            self,
+            times=wanted,
+            positions=positions,
+            rotations=rotations,
+            jaw_deg=np.array([tip.jaw_deg for tip in tips]),
+        )
 
     def in_metres(self, T_sim_scene: Similarity | None = None, T_sim_ct: Similarity | None = None) -> Trajectory:
         """The same in frame "m". T_sim_scene takes raw scene units, T_sim_ct mm RAS, to the simulation's metres.
@@ -109,8 +123,10 @@ class Trajectory:
         return replace(self, positions=T_sim.apply(positions), rotations=rotations, frame="m", unit="m")
 
     @cached_property
-    def _turn(self) -> Slerp | None:
-        return Slerp(self.times, Rotation.from_matrix(self.rotations)) if len(self) > 1 else None
+    def _turns(self) -> Array:
+        """Rotation vectors (T - 1, 3), rad, in the trajectory's axes, from each pose to the next."""
+        turns: Array = Rotation.from_matrix(self.rotations[1:] @ self.rotations[:-1].transpose(0, 2, 1)).as_rotvec()
+        return turns
 
 
 def rotation_along(direction: Array, roll_deg: float) -> Array:
