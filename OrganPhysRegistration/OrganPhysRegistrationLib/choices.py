@@ -83,6 +83,25 @@ class Stage(enum.Enum):
         return {"Before": _("Before"), "Coarse": _("Coarse"), "Rigid": _("Rigid"), "Elastic": _("Elastic")}[self.name]
 
 
+class SurfaceColour(enum.Enum):
+    """What colours the registered surface; the value is the name of its point array."""
+
+    Distance = "distance_mm"
+    Displacement = "displacement_mm"
+    VolumeRatio = "det_F"
+    Error68 = "error_68_mm"
+    Error95 = "error_95_mm"
+
+    def label(self) -> str:
+        return {
+            "Distance": _("Distance to the splat"),
+            "Displacement": _("Displacement"),
+            "VolumeRatio": _("Volume ratio (det F)"),
+            "Error68": _("68 % error radius"),
+            "Error95": _("95 % error radius"),
+        }[self.name]
+
+
 class OverlayIn(enum.Enum):
     """Where splat and results are shown together."""
 

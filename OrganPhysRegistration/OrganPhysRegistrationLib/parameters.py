@@ -7,7 +7,7 @@ from typing import Annotated
 from slicer import vtkMRMLMarkupsFiducialNode, vtkMRMLMarkupsROINode, vtkMRMLModelNode, vtkMRMLSegmentationNode
 from slicer.parameterNodeWrapper import WithinRange, parameterNodeWrapper
 
-from .choices import CameraChoice, Method, OverlayIn, SkinningWeights, Stage, Stiffness, UnitChoice
+from .choices import CameraChoice, Method, OverlayIn, SkinningWeights, Stage, Stiffness, SurfaceColour, UnitChoice
 
 LEAST_UNIT_MM, LARGEST_UNIT_MM = 1e-4, 1e6  # what can be entered; the field shows four decimals
 MM_PER_UNIT = {UnitChoice.Millimetre: 1.0, UnitChoice.Centimetre: 10.0, UnitChoice.Metre: 1000.0}
@@ -45,6 +45,7 @@ class OrganPhysRegistrationParameterNode:
     opening: bool = True
     seed: Annotated[int, WithinRange(0, 2**31 - 1)] = 0
     shownStage: Stage = Stage.Elastic
+    surfaceColour: SurfaceColour = SurfaceColour.Distance
     overlayIn: OverlayIn = OverlayIn.Endoscope
     caseID: str = ""
 

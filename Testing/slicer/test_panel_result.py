@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import qt
 import slicer
 from outcome_example import organ, outcome, segmentation_node, splat_node
 
-from OrganPhysRegistrationLib.choices import OverlayIn, Stage
+from organphys.ground.checks import InputError
+from OrganPhysRegistrationLib.choices import OverlayIn, Stage, SurfaceColour
 from OrganPhysRegistrationLib.inputs.matrices import array_of
 from OrganPhysRegistrationLib.logic import OrganPhysRegistrationLogic
 from OrganPhysRegistrationLib.outputs.case_nodes import write_outcome
 from OrganPhysRegistrationLib.outputs.overlay_frame import overlay_in
 from OrganPhysRegistrationLib.outputs.snapshot import remove_case
 from OrganPhysRegistrationLib.outputs.stage_switch import shown_stage
+from OrganPhysRegistrationLib.outputs.surface_colours import colour_surfaces, legend_of
 
 METRICS = {
     "rigid": {"trim30_splat_to_ct": {"value": 2.345, "unit": "mm"}},
@@ -237,3 +241,84 @@ def test_result_comes_back_with_the_scene(host, module, panel_of, case, tmp_path
     assert panel_of.case().case_id == case.case_id
     assert module.ui.stageElasticButton.enabled
     assert module.ui.distanceValueLabel.text == "0.81 mm"
+
+
+VERDICT = {
+    "level": "check",
+    "headline": "Check: look at the overlay.",
+    "reasons": [{"code": "little_seen", "level": "check", "message": "Only 9 % <is> seen."}],
+}
+
+
+@pytest.fixture
+def sure_case(host, case, panel_of):
+    """The same case with error radii and a verdict."""
+    count = len(organ().vertices)
+    errors = {"error_68_mm": np.linspace(0.5, 3, count), "error_95_mm": np.linspace(1, 6, count)}
+    metrics = METRICS | {"elastic": METRICS["elastic"] | {"error_95_hidden": {"value": 4.56, "unit": "mm"}}}
+    sure = outcome(metrics=metrics, verdict=VERDICT, **errors)
+    write_outcome(sure, segmentation=case.segmentation, segment_id=case.segment_id, splat=case.splat)
+    panel_of.refresh()
+    host.process()
+    return case
+
+
+def test_verdict_and_error_radius_are_told(module, sure_case, screenshot):
+    ui = module.ui
+    assert ui.verdictLabel.visible
+    assert "Check: look at the overlay." in ui.verdictLabel.text
+    assert "Only 9 % &lt;is&gt; seen." in ui.verdictLabel.text
+    assert ui.errorValueLabel.text == "4.56 mm"
+    screenshot(module.panel, "panel_verdict")
+
+
+def test_a_case_without_a_verdict_shows_none(module, case):
+    assert not module.ui.verdictLabel.visible
+    assert module.ui.errorValueLabel.text == "–"
+
+
+def test_surface_is_coloured_by_the_error_radius_with_its_legend(host, module, panel_of, sure_case):
+    display = sure_case.node("surface_elastic").GetDisplayNode()
+    assert display.GetActiveScalarName() == "distance_mm"
+    distance_range = display.GetScalarRange()
+    panel_of.choose({"surfaceColour": SurfaceColour.Error95})
+    host.process()
+    legend = legend_of(sure_case.node("surface_elastic"))
+    assert display.GetActiveScalarName() == "error_95_mm"
+    assert display.GetScalarRange() == (0.0, 6.0)
+    assert legend.GetTitleText() == "95 % error radius (mm)"
+    panel_of.choose({"surfaceColour": SurfaceColour.Distance})
+    host.process()
+    assert display.GetActiveScalarName() == "distance_mm"
+    assert display.GetScalarRange() == distance_range
+    assert legend.GetTitleText().startswith("Distance to the splat (mm)")
+
+
+def test_chosen_colours_last_over_the_next_run(host, panel_of, sure_case):
+    panel_of.choose({"surfaceColour": SurfaceColour.Error68})
+    host.process()
+    again = outcome(error_68_mm=np.full(len(organ().vertices), 7.0))
+    write_outcome(again, segmentation=sure_case.segmentation, segment_id=sure_case.segment_id, splat=sure_case.splat)
+    display = sure_case.node("surface_elastic").GetDisplayNode()
+    assert display.GetActiveScalarName() == "error_68_mm"
+    assert display.GetScalarRange() == (0.0, 8.0)
+
+
+def test_colours_that_a_case_lacks_leave_the_distance(host, module, panel_of, case):
+    panel_of.choose({"surfaceColour": SurfaceColour.Error95})
+    host.process()
+    assert case.node("surface_elastic").GetDisplayNode().GetActiveScalarName() == "distance_mm"
+    with pytest.raises(InputError, match="register it again"):
+        colour_surfaces(case, "error_95_mm")
+    with pytest.raises(InputError):
+        colour_surfaces(case, "temperature")
+
+
+def test_verdict_is_in_the_metrics_table_and_the_report(module, sure_case, tmp_path):
+    table = sure_case.node("metrics").GetTable()
+    rows = [[table.GetValue(k, c).ToString() for c in range(4)] for k in range(table.GetNumberOfRows())]
+    assert ["verdict", "check", "Check: look at the overlay.", ""] in rows
+    assert ["verdict", "little seen", "Only 9 % <is> seen.", ""] in rows
+    path = module.logic.export(sure_case, "report", tmp_path / "report.html")
+    html = Path(path).read_text(encoding="utf-8")
+    assert "Check: look at the overlay." in html and html.count("Only 9 % &lt;is&gt; seen.") == 1

@@ -19,6 +19,7 @@ from .node_factory import ensure
 from .overlay_frame import T_overlay_scene, overlay_in, put_under_overlay_frame, set_overlay
 from .snapshot import SceneSnapshot
 from .stage_switch import show_stage
+from .surface_colours import colour_surfaces
 from .surface_nodes import write_surfaces
 from .tables import write_metrics
 from .transform_nodes import write_transforms
@@ -98,8 +99,10 @@ def _write(case: CaseNodes, outcome: Any, segmentation: Any, segment_id: str, sp
         unit_stated=bool(outcome.unit_stated),
         camera_position=np.asarray(outcome.camera_position, dtype=float).tolist(),
         T_overlay_scene=matrix.tolist(),
+        verdict=outcome.verdict,
     )
     write_surfaces(case, outcome, matrix, frame)
+    colour_surfaces(case)
     write_volume(case, outcome, matrix, frame)
     write_transforms(case, outcome.grids)
     write_metrics(case)

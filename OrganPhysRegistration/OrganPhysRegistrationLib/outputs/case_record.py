@@ -86,7 +86,8 @@ class CaseNodes:
     @property
     def record(self) -> dict[str, Any]:
         """Figures of the run: stage, similarities (T_scene_ct, 4x4 lists), metrics, seconds (s), notices, facts, stops,
-        mm_per_unit, unit_stated, camera_position (scene units), T_overlay_scene (4x4 list), transform."""
+        mm_per_unit, unit_stated, camera_position (scene units), T_overlay_scene (4x4 list), transform; verdict (level,
+        headline, reasons) of an elastic result; distance_limit_mm: upper end of the colours of the distance."""
         return dict(json.loads(self.node("case").GetAttribute(RECORD) or "{}"))
 
     def update_record(self, **entries: Any) -> None:

@@ -53,6 +53,8 @@ def _content(case: CaseNodes) -> Any:
         splat_colours=splat.colours[opaque],
         mm_per_unit=record["mm_per_unit"],
         camera=Camera(np.array(record["camera_position"])),
+        verdict=_verdict(record.get("verdict")),
+        errors_mm=None if organ.uncertainty is None else organ.surface_error_mm(0.95),
         notices=[Notice(code, message) for code, message in record["notices"]],
         inputs=list(record["facts"].items()),
         metrics=record["metrics"],
@@ -62,6 +64,14 @@ def _content(case: CaseNodes) -> Any:
         splat_to_ct_mm=cKDTree(stages["elastic"]).query(centres)[0] * record["mm_per_unit"],
         provenance=organ.provenance,
     )
+
+
+def _verdict(entry: Any) -> Any:
+    """The stored verdict as the report reads it; None for a case that was made without."""
+    if not entry:
+        return None
+    reasons = [SimpleNamespace(**reason) for reason in entry["reasons"]]
+    return SimpleNamespace(level=entry["level"], headline=entry["headline"], reasons=reasons)
 
 
 def _scene_vertices(case: CaseNodes, stage: str) -> Array:

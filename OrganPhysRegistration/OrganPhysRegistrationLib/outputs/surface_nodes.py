@@ -12,9 +12,10 @@ from ..inputs.matrices import apply_matrix
 from .case_record import STAGES, CaseNodes
 from .geometry import Array, cells, set_point_array, smooth_normals, triangle_mesh, turned
 from .node_factory import ensure, remove_role
+from .surface_colours import COLOURINGS, DET_F, DISPLACEMENT, DISTANCE, ERROR_68, ERROR_95, legend_of
 
-DISTANCE, DISPLACEMENT, DET_F = "distance_mm", "displacement_mm", "det_F"
-LEGEND = "Distance to the splat (mm)\ngrey: farther or unseen"
+__all__ = ["DISTANCE", "colour_limit_mm", "legend_of", "write_surfaces"]
+
 STEPS_MM = (1.0, 2.0, 4.0, 6.0, 8.0, 10.0)  # beyond 10 mm a vertex has no counterpart in the splat
 FEW = 20_000
 FAR = (0.62, 0.62, 0.62)
@@ -50,6 +51,7 @@ def write_surfaces(case: CaseNodes, outcome: Any, T_overlay_scene: Array, frame:
             _style(node.GetDisplayNode(), colours)
         node.GetDisplayNode().SetScalarRangeFlag(slicer.vtkMRMLDisplayNode.UseManualScalarRange)
         node.GetDisplayNode().SetScalarRange(0.0, limit)
+    case.update_record(distance_limit_mm=limit)
 
 
 def colour_limit_mm(outcome: Any) -> float:
@@ -63,15 +65,12 @@ def colour_limit_mm(outcome: Any) -> float:
     return next((step for step in STEPS_MM if step >= reached), STEPS_MM[-1])
 
 
-def legend_of(node: Any) -> Any:
-    """Colour legend of a surface model, None if it has none."""
-    return slicer.modules.colors.logic().GetColorLegendDisplayNode(node)
-
-
 def _arrays(outcome: Any, stage: str) -> Mapping[str, Any]:
     arrays = {DISTANCE: outcome.distance_mm[stage]}
     if stage == "elastic":
         arrays |= {DISPLACEMENT: outcome.displacement_mm, DET_F: outcome.det_f}
+        errors = {ERROR_68: outcome.error_68_mm, ERROR_95: outcome.error_95_mm}
+        arrays |= {name: values for name, values in errors.items() if values is not None}
     return arrays
 
 
@@ -94,7 +93,7 @@ def _style(display: Any, colours: Any) -> None:
     display.SetOpacity(0.75)
     display.SetVisibility(False)
     legend = slicer.modules.colors.logic().AddDefaultColorLegendDisplayNode(display)
-    legend.SetTitleText(LEGEND)
+    legend.SetTitleText(COLOURINGS[DISTANCE].title)
     legend.GetTitleTextProperty().SetFontSize(9)
     legend.GetLabelTextProperty().SetFontSize(10)
     legend.SetLabelFormat("%.3g")

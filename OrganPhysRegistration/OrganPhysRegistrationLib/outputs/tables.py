@@ -29,8 +29,17 @@ def write_metrics(case: CaseNodes) -> None:
     rows.append((record["stage"], "scale of the splat", _number(record["mm_per_unit"]), "mm per scene unit"))
     rows += [("transform", name, value, unit) for name, value, unit in transform_rows(case)]
     rows += [(part, "time", _number(seconds), "s") for part, seconds in record["seconds"].items()]
+    rows += verdict_rows(record.get("verdict"))
     rows += [("warning", code.replace("_", " "), message, "") for code, message in record["notices"]]
     fill_table(ensure(case, "metrics"), dict(zip(COLUMNS, zip(*rows, strict=True), strict=True)))
+
+
+def verdict_rows(verdict: Mapping[str, Any] | None) -> list[tuple[str, str, str, str]]:
+    """The verdict and its reasons as rows of the metrics table; none before the elastic stage."""
+    if not verdict:
+        return []
+    reasons = [("verdict", one["code"].replace("_", " "), one["message"], "") for one in verdict["reasons"]]
+    return [("verdict", verdict["level"], verdict["headline"], ""), *reasons]
 
 
 def fill_table(node: Any, columns: Mapping[str, Sequence[Any]]) -> None:

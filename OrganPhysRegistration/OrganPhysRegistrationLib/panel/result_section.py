@@ -11,6 +11,7 @@ from slicer.i18n import tr as _
 
 from ..choices import Stage
 from .choice_buttons import ChoiceButtons
+from .message_box import show_message
 from .section import Section, guarded
 from .show_nodes import show_chart, show_table
 
@@ -35,6 +36,7 @@ class ResultSection(Section):
         ui.plotsButton.setMenu(self._menu)
         self._menu.connect("aboutToShow()", self._fill_menu)
         self._case_id = ""
+        self._coloured: tuple[Any, ...] = ()
 
     def refresh(self) -> None:
         case, ui = self.panel.case(), self.ui
@@ -42,6 +44,8 @@ class ResultSection(Section):
         self._stages.show(self.panel.parameters.shownStage, {stage: stage.value in stages for stage in Stage})
         for name, text in key_figures(case, self.panel.parameters.shownStage.value).items():
             getattr(ui, f"{name}ValueLabel").text = text
+        self._show_verdict(case)
+        self._show_colours(case)
         ui.metricsTableButton.enabled = case is not None and case.get("metrics") is not None
         ui.plotsButton.enabled = case is not None
         case_id = case.case_id if case is not None else ""
@@ -59,6 +63,27 @@ class ResultSection(Section):
             show_stage(case, stage.value)
             self.panel.parameters.shownStage = stage
         self.panel.refresh()
+
+    @guarded
+    def _show_colours(self, case: Any) -> None:
+        """Colour the elastic surface as chosen; a case without such figures shows the distance."""
+        from ..outputs.surface_colours import DISTANCE, colour_surfaces, possible_colours
+
+        possible = [] if case is None else possible_colours(case)
+        self.ui.surfaceColourCombo.enabled = bool(possible)
+        if possible:
+            chosen = self.panel.parameters.surfaceColour.value
+            wanted = (case.case_id, case.node("surface_elastic").GetMesh(), chosen if chosen in possible else DISTANCE)
+            if wanted != self._coloured:
+                colour_surfaces(case, wanted[2])
+                self._coloured = wanted
+
+    def _show_verdict(self, case: Any) -> None:
+        """Whether to trust the result and why, above everything else about it."""
+        verdict = None if case is None else case.record.get("verdict")
+        lines = [] if not verdict else [verdict["headline"], *(reason["message"] for reason in verdict["reasons"])]
+        kind = {"trust": "good", "check": "warning"}.get(verdict["level"], "error") if verdict else "plain"
+        show_message(self.ui.verdictLabel, lines if len(lines) > 1 else "".join(lines), kind)
 
     @guarded
     def show_table(self) -> None:
@@ -81,12 +106,17 @@ class ResultSection(Section):
 
 def key_figures(case: Any, stage: str) -> dict[str, str]:
     """Figure -> value with its unit; a dash where the stage has none."""
-    figures = dict.fromkeys(("distance", "scale", "volume", "detF", "seconds"), "–")
+    figures = dict.fromkeys(("distance", "scale", "volume", "detF", "error", "seconds"), "–")
     if case is None:
         return figures
     record = case.record
     metrics: Mapping[str, Mapping[str, Any]] = record["metrics"].get(stage, {})
-    sources = {"distance": "trim30_splat_to_ct", "volume": "volume_drift", "detF": "min_det_F"}
+    sources = {
+        "distance": "trim30_splat_to_ct",
+        "volume": "volume_drift",
+        "detF": "min_det_F",
+        "error": "error_95_hidden",
+    }
     for name, metric in sources.items():
         if metric in metrics and math.isfinite(metrics[metric]["value"]):
             figures[name] = _with_unit(metrics[metric]["value"], metrics[metric]["unit"])
