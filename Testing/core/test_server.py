@@ -228,3 +228,26 @@ def test_a_whole_run_in_a_process_of_its_own(case):
     here = load_case(case / "case.npz").coarse()
     np.testing.assert_array_equal(coarse.similarities["coarse"], here.similarities["coarse"])
     assert coarse.notices == here.notices and coarse.metrics == here.metrics
+
+
+def test_updates_of_a_registered_case(case):
+    moved = load_case(case / "case.npz").state.case.landmarks + 3.0
+    events, errors = talk(
+        case,
+        {"id": 1, "do": "update", "stiffness": 0.02},
+        {"id": 2, "do": "load", "case": "case.npz"},
+        {"id": 3, "do": "elastic"},
+        {"id": 4, "do": "update", "stiffness": 0.03},
+        {"id": 5, "do": "update", "landmarks": moved.tolist(), "names": ["a"]},
+        {"id": 6, "do": "update", "landmarks": [[1, 2]]},
+        {"id": 7, "do": "update", "stiffness": True},
+        {"id": 8, "do": "update"},
+        {"id": 9, "do": "settle"},
+    )
+    ends = {event["id"]: event for event in events if event["event"] in ("done", "failed")}
+    assert {number for number, end in ends.items() if end["event"] == "failed"} == {1, 6, 7, 8} and errors == ""
+    assert all(ends[number]["code"] == "input" for number in (1, 6, 7, 8))
+    first, stiffer, settled = (load_outcome(case / ends[number]["outcome"]) for number in (3, 4, 9))
+    assert tuple(stiffer.surfaces) == ("elastic",) and stiffer.asset is None  # what moves, no more
+    assert np.abs(stiffer.surfaces["elastic"] - first.surfaces["elastic"]).max() > 0
+    assert settled.asset and tuple(settled.surfaces) == ("before", "coarse", "rigid", "elastic")

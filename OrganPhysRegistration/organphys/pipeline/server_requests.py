@@ -19,6 +19,7 @@ from ..ground.progress import Cancelled, Progress
 from ..readers.organ_from_mask import organ_from_mask
 from .case_file import load_case
 from .case_outcome import CaseOutcome
+from .live_request import changes_of, live_part
 from .outcome_files import save_outcome
 from .server_channel import Channel, Request
 from .session import RegistrationSession
@@ -42,6 +43,9 @@ class Requests:
             "coarse": self._stage,
             "rigid": self._stage,
             "elastic": self._stage,
+            "prepare": self._prepare,
+            "update": self._update,
+            "settle": self._settle,
             "grids": self._grids,
             "report": self._report,
         }
@@ -73,6 +77,17 @@ class Requests:
         else:
             outcome = session.elastic(progress, start=T_scene_ct, on_surface=self._surface_listener(request))
         return self._handed_out(outcome)
+
+    def _prepare(self, request: Request, progress: Progress) -> dict[str, Any]:
+        self._loaded().prepare_updates(progress)
+        return {}
+
+    def _update(self, request: Request, progress: Progress) -> dict[str, Any]:
+        outcome = self._loaded().updated(progress, **changes_of(request.fields))
+        return self._handed_out(live_part(outcome))
+
+    def _settle(self, request: Request, progress: Progress) -> dict[str, Any]:
+        return self._handed_out(self._loaded().settled(progress))
 
     def _grids(self, request: Request, progress: Progress) -> dict[str, Any]:
         organ = self._loaded().registration.organ

@@ -5,6 +5,10 @@
 Large arrays travel as files in DIR. Requests and their replies, each with the request's "id":
   {"id": 1, "do": "load", "case": FILE}                   a case of ``outcome_files.save_case`` in DIR
   {"id": 2, "do": "coarse"|"rigid"|"elastic", "start": M}  M: T_scene_ct set by hand, 4 x 4, or null (not for coarse)
+  {"id": 5, "do": "prepare"}                               gets to know more poses for "update": some seconds
+  {"id": 6, "do": "update", "landmarks": L, "names": N, "stiffness": S}   registers again with what is named changed:
+                     L (l, 3) RAS mm or null, S a preset or a number; the outcome is the elastic stage's surface alone
+  {"id": 7, "do": "settle"}                                the whole outcome after "update"
   {"id": 3, "do": "grids"}                                 the elastic outcome with its displacement grids
   {"id": 4, "do": "report", "folder": PATH}                the files of ``write_outputs``
   {"do": "cancel"}                                         ends the requests sent before it
