@@ -30,8 +30,8 @@ def present(folder: Path, pattern: str, module: Path) -> set[str]:
     return {path.as_posix() for path in kept if "__pycache__" not in path.parts and ".egg-info" not in str(path)}
 
 
-def test_there_is_a_module():
-    assert [module.name for module in MODULES][:1] == ["OrganPhysRegistration"]
+def test_both_modules_are_there():
+    assert [module.name for module in MODULES] == ["OrganPhysRegistration", "OrganPhysSimulation"]
 
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.name)
@@ -52,9 +52,11 @@ def test_nothing_is_listed_twice(module, name):
 
 
 def test_nothing_but_python_in_the_packages_would_be_left_behind():
-    module = ROOT / "OrganPhysRegistration"
-    packages = present(module / "organphys", "*", module) | present(module / "OrganPhysRegistrationLib", "*", module)
-    assert [name for name in packages if not name.endswith(".py")] == []
+    core, registration, simulation = "organphys", "OrganPhysRegistrationLib", "OrganPhysSimulationLib"
+    for module, package in ((MODULES[0], core), (MODULES[0], registration), (MODULES[1], simulation)):
+        packages = present(module / package, "*", module)
+        assert packages, package
+        assert [name for name in packages if not name.endswith(".py")] == []
 
 
 def test_the_extension_adds_every_module():
