@@ -13,7 +13,7 @@ from ..points.gaussians import Gaussians, colour_from_sh
 
 HIDDEN = np.array([0.72, 0.66, 0.62])  # what no Gaussian shows: a neutral grey-beige, sRGB (184, 168, 158)
 VISIBLE = 0.1  # opacity
-NEIGHBOURS = 12
+NEIGHBOURS, ENOUGH = 12, 3  # most and fewest Gaussians that colour a vertex: fewer are stray ones
 SIDEWAYS = -0.2  # cosine between normal and direction to the camera from which a vertex counts as facing it
 
 
@@ -38,7 +38,7 @@ def baked_colours(
     count = min(NEIGHBOURS, len(shown))
     away, nearest = cKDTree(gaussians.means[shown]).query(vertices, k=count, distance_upper_bound=reach)
     away, nearest = away.reshape(len(vertices), count), nearest.reshape(len(vertices), count)
-    seen = facing & np.isfinite(away[:, 0])
+    seen = facing & np.isfinite(away[:, min(ENOUGH, count) - 1])
     if not seen.any():
         raise InputError(f"splat: no Gaussian within {reach_mm:g} mm of the organ's seen side; is it the right splat?")
     away, nearest = away[seen], np.minimum(nearest[seen], len(shown) - 1)

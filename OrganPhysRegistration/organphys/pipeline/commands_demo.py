@@ -1,4 +1,4 @@
-"""organphys demo: a sample case with known truth, registered, with the errors of every stage."""
+"""organphys demo: a sample case with known truth, registered, with the errors of every stage, and then grasped."""
 
 from __future__ import annotations
 
@@ -10,14 +10,17 @@ from ..exports.report_content import ReportTable
 from .command_line import build_parser
 from .commands_register import register_files
 from .demo_pictures import stage_pictures
+from .demo_simulation import demo_grasp
 from .evaluation import REGIONS, mean_by_region, oracle_by_region, read_truth
 from .output_folder import whole_or_nothing
+from .processor import one_blas_thread
 from .registration import RegisterOptions, Registration
 from .sample_case import SampleCase, write_sample_case
 from .terminal_progress import shown_progress
 from .write_outputs import write_outputs
 
 
+@one_blas_thread
 def run(arguments: argparse.Namespace) -> None:
     """The command with its parsed options; InputError for a folder that cannot be written."""
     folder = Path(arguments.out)
@@ -28,13 +31,17 @@ def run(arguments: argparse.Namespace) -> None:
         options = build_parser().parse_args(["register", *_options(case), "--out", str(stage)])
         registration = register_files(options, progress)
         table = error_table(registration, case.truth)
-        write_outputs(registration, stage, extra_tables=(table,))
+        rows, strip = demo_grasp(registration.organ, case.splat, progress)
+        progress("write the report", 0.0)
+        write_outputs(registration, stage, extra_tables=(table,), extra_strips=(strip,))
         write_picture_sheet(stage / "stages.png", stage_pictures(registration))
+        write_picture_sheet(stage / "grasp.png", rows)
     if not arguments.quiet:
         print(_as_text(table))
-        print(f"report:   {folder / 'report.html'}\npictures: {folder / 'stages.png'}")
+        print(f"report:   {folder / 'report.html'}\npictures: {folder / 'stages.png'}, {folder / 'grasp.png'}")
         shown = _options(SampleCase(folder / "case", case.organ, case.mm_per_unit))
         print(f"the same by hand: organphys register {' '.join(shown)} --out DIR")
+        print(f"and: organphys simulate {folder / 'organ.organphys'} --splat {folder / 'case' / 'splat.ply'} --out DIR")
 
 
 def error_table(registration: Registration, truth_path: Path) -> ReportTable:

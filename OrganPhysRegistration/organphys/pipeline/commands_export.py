@@ -23,6 +23,7 @@ from ..readers.gaussian_ply import read_gaussians
 from ..simulation.organ_body import metres_per_unit
 from ..simulation.session import Recording, Snapshot
 from .output_folder import whole_or_nothing
+from .processor import one_blas_thread
 from .recorded_moment import moment_at, moments, recording_of
 from .simulated_organ import body_from_options, camera_of
 from .terminal_progress import shown_progress
@@ -45,6 +46,7 @@ class _Source:
         return moved
 
 
+@one_blas_thread
 def run(arguments: argparse.Namespace) -> None:
     """The command with its parsed options; InputError for what cannot be used."""
     _check(arguments)

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from ..asset.asset_file import load_asset
-from ..asset.registered_organ import RegisteredOrgan
 from ..exports.splat_frames import FollowingSplat, frame_name
 from ..ground.checks import Array, InputError
 from ..ground.progress import Progress
@@ -21,6 +20,7 @@ from ..simulation.organ_body import metres_per_unit, scene_direction
 from ..simulation.psm import Psm, default_trocar
 from .default_grasp import default_grasp, far_side_pin
 from .output_folder import whole_or_nothing
+from .processor import one_blas_thread
 from .simulated_organ import body_from_options, camera_of
 from .simulation_outputs import STRIP, notices_of, write_simulation
 from .simulation_plan import SimulationPlan, simulation_plan
@@ -29,6 +29,7 @@ from .simulation_view import SimulationView
 from .terminal_progress import shown_progress
 
 
+@one_blas_thread
 def run(arguments: argparse.Namespace) -> None:
     """The command with its parsed options; InputError for what cannot be used."""
     every = arguments.splat_frames
@@ -62,7 +63,7 @@ def prepared(arguments: argparse.Namespace, progress: Progress) -> tuple[Simulat
     progress("build the reduced model", 0.0)
     camera = camera_of(organ) * metres_per_unit(organ)
     body = body_from_options(organ, arguments, otherwise=() if trajectory else (far_side_pin(organ, camera),))
-    psm = arm_over(organ, body, arguments.instrument, camera)
+    psm = arm_over(body, arguments.instrument, camera)
     trajectory = default_grasp(body, camera, psm.rcm) if trajectory is None else trajectory
     plan = simulation_plan(organ, body, psm, trajectory, fps=arguments.fps, options=options)
     if gaussians is None:
@@ -71,7 +72,7 @@ def prepared(arguments: argparse.Namespace, progress: Progress) -> tuple[Simulat
     return plan, FollowingSplat(gaussians, body, metres_per_unit(organ))
 
 
-def arm_over(organ: RegisteredOrgan, body: Body, instrument: str, camera: Array) -> Psm:
+def arm_over(body: Body, instrument: str, camera: Array) -> Psm:
     """The arm with its trocar beside the camera, so that the organ's middle is well within its reach."""
     row = instrument_named(instrument)
     return Psm(row, default_trocar(body.samples.vertices, camera=camera, instrument=row))
