@@ -103,7 +103,12 @@ class OrganPhysSimulationLogic(ScriptedLoadableModuleLogic):
             detail=detail,
             **fineness,
         )
-        return self._begin(inputs.built(), organNode, splatNode)
+        try:
+            live = inputs.built()
+        except InputError:
+            remove_all()
+            raise
+        return self._begin(live, organNode, splatNode)
 
     def prepare(self, onReady: Callable[[], None], onFailed: Callable[[Exception], None], **inputs: Any) -> None:
         """As ``startSimulation``, beside Slicer's window; inputs: see ``runs.gathered``."""

@@ -113,6 +113,28 @@ def module(host: Host, scene: object) -> Iterator[LoadedModule]:
         host.close(loaded)
 
 
+@pytest.fixture(scope="session")
+def simulation_files(tmp_path_factory: pytest.TempPathFactory) -> object:
+    """A small registered organ and its splat as files: .asset, .splat."""
+    from simulation_example import write_example
+
+    return write_example(tmp_path_factory.mktemp("simulation"))
+
+
+@pytest.fixture
+def simulation(host: Host, scene: object) -> Iterator[LoadedModule]:
+    """OrganPhysSimulation with a fresh panel, entered, for small bodies; its attributes are those of ``module``."""
+    from simulation_example import FINENESS
+
+    loaded = host.load(SIMULATION_FOLDER / "OrganPhysSimulation.py")
+    if loaded.panel is None:
+        host.show(loaded)
+    loaded.logic.fineness = dict(FINENESS)
+    yield loaded
+    if loaded.panel is not None:
+        host.close(loaded)
+
+
 @pytest.fixture
 def panel(module: LoadedModule) -> object:
     """The panel's Qt widget, 420 px wide."""

@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 import slicer
-import vtk
 
 from organphys.ground.checks import Array, InputError
 from organphys.simulation.pins import Pin
-from OrganPhysRegistrationLib.inputs.matrices import apply_matrix, scale_of
+from OrganPhysRegistrationLib.inputs.matrices import apply_matrix, array_of, scale_of
 
 STIFFNESS = 2e4  # N/m of a pinned region
 MOST_BALLS = 4  # along each side of a box
@@ -56,18 +55,26 @@ def placed_points(node: Any) -> list[Array]:
     return [np.array(node.GetNthControlPointPositionWorld(k)) for k in rows]
 
 
+def placed_box(box: Any) -> tuple[Array, Array] | None:
+    """Rigid matrix (4, 4) from a box's own axes to the world, and its sides (3,), mm; None where none is drawn."""
+    if box is None or box.GetNumberOfDefinedControlPoints() == 0 or min(box.GetSize()) <= 0:
+        return None
+    matrix = array_of(box.GetObjectToWorldMatrix())
+    stretch = np.linalg.norm(matrix[:3, :3], axis=0)
+    matrix[:3, :3] /= stretch
+    return matrix, stretch * np.array(box.GetSize())
+
+
 def _near(pin: Pin, points: Array) -> bool:
     return bool((((points - np.array(pin.centre)) ** 2).sum(1) <= pin.radius**2).any())
 
 
 def _balls(box: Any) -> list[tuple[Array, float]]:
     """Centres (3,) and radius, world mm, of balls that fill a box about evenly."""
-    if box is None or box.GetNumberOfDefinedControlPoints() == 0 or min(box.GetSize()) <= 0:
+    placed = placed_box(box)
+    if placed is None:
         return []
-    size, matrix = np.array(box.GetSizeWorld()), vtk.vtkMatrix4x4()
-    matrix.DeepCopy(box.GetObjectToWorldMatrix())
-    turn = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
-    turn[:3, :3] /= np.linalg.norm(turn[:3, :3], axis=0)
+    turn, size = placed
     counts = np.clip(np.ceil(size / size.min()), 1, MOST_BALLS).astype(int)
     cell = size / counts
     steps = [(np.arange(n) + 0.5) * c - s / 2 for n, c, s in zip(counts, cell, size, strict=True)]

@@ -14,7 +14,7 @@ from OrganPhysRegistrationLib.inputs.splat_scale import UPRIGHT
 from OrganPhysRegistrationLib.panel.section import Section, guarded, tell_failure
 
 from ..inputs.organ_input import organ_of
-from ..inputs.pins_input import placed_points
+from ..inputs.pins_input import placed_box, placed_points
 from ..inputs.suggested_pins import write_pins
 
 SETTLED_MS = 500  # after the last move of a pin
@@ -80,10 +80,11 @@ class PinsSection(Section):
         parameters.pins = write_pins(parameters.pins, organ, T_world_scene)
 
     def _choice(self) -> tuple[Any, ...]:
-        parameters, box = self.panel.parameters, self.panel.parameters.pinBox
+        parameters = self.panel.parameters
         places = tuple(tuple(place.round(3)) for place in placed_points(parameters.pins))
-        sides = () if box is None else (*box.GetCenterWorld(), *box.GetSizeWorld())
-        return places, parameters.pinRadiusMm if places else 0.0, tuple(round(x, 3) for x in sides)
+        box = placed_box(parameters.pinBox)
+        numbers = () if box is None else (*box[0].ravel().round(3), *box[1].round(3))
+        return places, parameters.pinRadiusMm if places else 0.0, tuple(map(float, numbers))
 
     @guarded
     def _apply(self) -> None:

@@ -18,6 +18,7 @@ THREED = (
     "vtkMRMLSegmentationsDisplayableManager3D",
     "vtkMRMLMarkupsDisplayableManager",
     "vtkMRMLTransformsDisplayableManager3D",
+    "vtkMRMLLinearTransformsDisplayableManager",
     "vtkMRMLColorLegendDisplayableManager",
 )
 SLICE = (
