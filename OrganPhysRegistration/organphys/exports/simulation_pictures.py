@@ -20,6 +20,7 @@ from .report_pictures import point_spacing
 WIDTH, HEIGHT = 400, 320
 TISSUE = np.array([0.72, 0.42, 0.36])  # the organ where no splat covers it
 STEEL = np.array([0.74, 0.77, 0.80])
+NEAREST = 0.05  # of the distance to the organ: what is nearer to the camera is cut off
 SEE_THROUGH = 0.25  # of the tool behind tissue
 
 Solid = tuple[Array, NDArray[np.int64]]  # vertices (N, 3), triangles (M, 3)
@@ -70,8 +71,8 @@ def _paint(image: Reals, depth: Reals, view: View, solid: Solid, colour: Array, 
     only_bare: just where nothing has been drawn yet, as tissue that the endoscope did not see.
     """
     vertices, faces = solid
+    vertices, normals, faces = before_camera(view, vertices, vertex_normals(vertices, faces), faces)
     drawn = draw_triangles(view, vertices, faces)
-    normals = vertex_normals(vertices, faces)
     shade = drawn.interpolated(faces, shading(view, normals)[:, None])
     pixels = np.flatnonzero(drawn.covered)
     flat, behind = image.reshape(-1, 3), drawn.depth.ravel()[pixels] > depth.ravel()[pixels]
@@ -81,3 +82,29 @@ def _paint(image: Reals, depth: Reals, view: View, solid: Solid, colour: Array, 
     opacity = opacity.astype(np.float32)[:, None]
     flat[pixels] = opacity * shade * colour.astype(np.float32) + (1 - opacity) * flat[pixels]
     np.minimum(depth.reshape(-1), drawn.depth.ravel(), out=depth.reshape(-1), where=drawn.covered.ravel())
+
+
+def before_camera(
+    view: View, vertices: Array, normals: Array, faces: NDArray[np.int64]
+) -> tuple[Array, Array, NDArray[np.int64]]:
+    """The mesh cut off at a plane before the camera, which the shaft of a tool may pass: vertices, normals, faces."""
+    depth = (vertices - view.position) @ view.axes[2] - NEAREST * view.distance
+    behind = depth[faces] < 0
+    cut = faces[behind.any(axis=1) & ~behind.all(axis=1)]
+    points, turns, kept = [vertices], [normals], [faces[~behind.any(axis=1)]]
+    count = len(vertices)
+    for face in cut:
+        corners = []
+        for a, b in zip(face, np.roll(face, -1), strict=True):
+            if depth[a] >= 0:
+                corners.append((vertices[a], normals[a]))
+            if (depth[a] >= 0) != (depth[b] >= 0):
+                t = depth[a] / (depth[a] - depth[b])
+                corners.append(
+                    (vertices[a] + t * (vertices[b] - vertices[a]), normals[a] + t * (normals[b] - normals[a]))
+                )
+        points.append(np.array([point for point, _ in corners]))
+        turns.append(np.array([turn for _, turn in corners]))
+        kept.append(count + np.array([[0, k, k + 1] for k in range(1, len(corners) - 1)]))
+        count += len(corners)
+    return np.concatenate(points), np.concatenate(turns), np.concatenate(kept)

@@ -17,7 +17,7 @@ STATES = {
     "vertices_m": "(Nv, 3) m, surface at rest, along the scene's axes",
     "faces": "(Nf, 3) int, corners, counter-clockwise from outside",
     "vertex_phi": "(Nv, n) 1, basis: the surface of frame f is vertices_m + vertex_phi @ z_m[f]",
-    "z_m": "(F, n, 3) m, coordinates of the reduced model",
+    "z_m": "(F, n, 3) m, coordinates of the reduced model; without what --detail adds near the tool",
     "tool_position_m": "(F, 3) m, hinge of the jaws",
     "tool_rotation": "(F, 3, 3) 1, tool frame: z to the tip, x along the hinge",
     "jaw_deg": "(F,) deg, opening",

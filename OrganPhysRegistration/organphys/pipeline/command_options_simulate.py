@@ -30,6 +30,9 @@ def add_simulate(commands: Any) -> None:
         help="direction of gravity in CT axes (RAS), 9.81 m/s^2; 0,-1,0 for a patient on the back (default: none "
         "beside what shaped the registered organ)",
     )
+    parser.add_argument(
+        "--detail", action="store_true", help="finer tissue round the tool: dimples and tents, at some cost of time"
+    )
     parser.add_argument("--fps", type=float, default=60.0, metavar="N", help="steps per second (default: 60)")
     parser.add_argument("--splat", metavar="FILE", help="splat (.ply) that follows the organ, in the pictures too")
     parser.add_argument(

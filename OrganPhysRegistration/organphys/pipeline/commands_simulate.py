@@ -15,6 +15,7 @@ from ..readers.gaussian_ply import read_gaussians
 from ..readers.trajectory_file import read_trajectory
 from ..simulation.body import Body
 from ..simulation.instruments import instrument_named
+from ..simulation.local_detail import LocalDetail
 from ..simulation.options import SimulationOptions, gravity_along
 from ..simulation.organ_body import metres_per_unit, scene_direction
 from ..simulation.psm import Psm, default_trocar
@@ -65,7 +66,8 @@ def prepared(arguments: argparse.Namespace, progress: Progress) -> tuple[Simulat
     body = body_from_options(organ, arguments, otherwise=() if trajectory else (far_side_pin(organ, camera),))
     psm = arm_over(body, arguments.instrument, camera)
     trajectory = default_grasp(body, camera, psm.rcm) if trajectory is None else trajectory
-    plan = simulation_plan(organ, body, psm, trajectory, fps=arguments.fps, options=options)
+    detail = LocalDetail() if arguments.detail else None
+    plan = simulation_plan(organ, body, psm, trajectory, fps=arguments.fps, options=options, detail=detail)
     if gaussians is None:
         return plan, None
     progress("bind the splat", 0.0)

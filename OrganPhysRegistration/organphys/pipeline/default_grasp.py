@@ -22,16 +22,17 @@ EVEN = 0.012  # m: the surface's direction is the mean over this far
 def default_grasp(body: Body, camera: Array, trocar: Array) -> Trajectory:
     """Tip poses in metres: in from ``trocar`` (3,) m, closed on the tissue, and lifted along the surface's normal.
 
-    The spot is the one nearest to the middle of the side that camera (3,) m and trocar both see.
+    The spot lies near the middle of the side that camera (3,) m and trocar both see, where it faces both.
     """
     vertices, faces = body.samples.vertices, body.samples.faces
     normals = vertex_normals(vertices, faces)
     views = [_unit(place - vertices) for place in (camera, trocar)]
-    seen = np.flatnonzero(np.min([(normals * view).sum(1) for view in views], axis=0) > 0.3)
+    facing = np.min([(normals * view).sum(1) for view in views], axis=0)
+    seen = np.flatnonzero(facing > 0.3)
     if not len(seen):
         raise InputError("default grasp: camera and trocar see no part of the organ in common; give --trajectory")
-    middle = vertices[seen].mean(0)
-    spot = vertices[seen[np.linalg.norm(vertices[seen] - middle, axis=1).argmin()]]
+    away = np.linalg.norm(vertices[seen] - vertices[seen].mean(0), axis=1)
+    spot = vertices[seen[(facing[seen] - away / away.mean()).argmax()]]
     around = np.linalg.norm(vertices - spot, axis=1) < EVEN
     up, forward = _unit(normals[around].sum(0)), _unit(spot - trocar)
     keys = np.array(KEYS, dtype=np.float64)

@@ -10,6 +10,7 @@ from ..exports.report_content import PictureStrip
 from ..exports.splat_frames import FollowingSplat
 from ..ground.progress import Progress
 from ..readers.gaussian_ply import read_gaussians
+from ..simulation.local_detail import LocalDetail
 from ..simulation.options import SimulationOptions
 from ..simulation.organ_body import metres_per_unit, organ_body
 from .commands_simulate import arm_over
@@ -35,7 +36,7 @@ def demo_grasp(organ: RegisteredOrgan, splat: Path, progress: Progress) -> tuple
     body = organ_body(organ, pins=(far_side_pin(organ, camera),), handles=HANDLES, quadrature=QUADRATURE)
     psm = arm_over(body, "large_needle_driver", camera)
     trajectory = default_grasp(body, camera, psm.rcm)
-    plan = simulation_plan(organ, body, psm, trajectory, fps=FPS, options=SimulationOptions())
+    plan = simulation_plan(organ, body, psm, trajectory, fps=FPS, options=SimulationOptions(), detail=LocalDetail())
     view = SimulationView(plan, FollowingSplat(read_gaussians(splat), body, unit))
     run_plan(plan, view.watch, progress=progress)
     pictures = [(text, image) for row in view.rows for text, image in row]

@@ -12,6 +12,7 @@ from ..ground.frames import Similarity
 from ..ground.notices import Notice
 from ..points.trajectory import Trajectory
 from ..simulation.body import Body
+from ..simulation.local_detail import LocalDetail
 from ..simulation.options import SimulationOptions
 from ..simulation.organ_body import metres_per_unit
 from ..simulation.psm import Psm
@@ -26,7 +27,7 @@ TOUCH = 1e-4  # m: a tool this deep in the organ at the start is told
 
 @dataclass(frozen=True)
 class SimulationPlan:
-    """poses: one of the instrument for the start and for every step of ``dt`` s."""
+    """poses: one of the instrument for the start and for every step of ``dt`` s; detail: local functions, if wanted."""
 
     organ: RegisteredOrgan
     scene: Scene
@@ -34,10 +35,18 @@ class SimulationPlan:
     poses: tuple[ToolPose, ...]
     dt: float
     notices: tuple[Notice, ...]
+    detail: LocalDetail | None = None
 
 
 def simulation_plan(
-    organ: RegisteredOrgan, body: Body, psm: Psm, trajectory: Trajectory, *, fps: float, options: SimulationOptions
+    organ: RegisteredOrgan,
+    body: Body,
+    psm: Psm,
+    trajectory: Trajectory,
+    *,
+    fps: float,
+    options: SimulationOptions,
+    detail: LocalDetail | None = None,
 ) -> SimulationPlan:
     """The plan for a trajectory of the tip in any frame; poses beyond the joint limits are clamped and told."""
     if not 1 <= fps <= 1000:
@@ -53,7 +62,7 @@ def simulation_plan(
     reach = reachable(psm, tips)
     scene = Scene((body,), (psm.tool(),), options)
     notices = (*scene.notices(), *reach.notices(), *_inside(scene, reach.poses[0]))
-    return SimulationPlan(organ, scene, psm, reach.poses, 1 / fps, notices)
+    return SimulationPlan(organ, scene, psm, reach.poses, 1 / fps, notices, detail)
 
 
 def _inside(scene: Scene, pose: ToolPose) -> tuple[Notice, ...]:

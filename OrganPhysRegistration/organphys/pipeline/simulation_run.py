@@ -11,6 +11,7 @@ import numpy as np
 from ..ground.checks import Array
 from ..ground.notices import Notice
 from ..ground.progress import Progress, no_progress
+from ..simulation.body import Body
 from ..simulation.session import Recording, Simulation, Snapshot
 from ..simulation.state import ToolPose
 from ..simulation.step import StepReport
@@ -30,7 +31,8 @@ class Step(NamedTuple):
 @dataclass
 class SimulationLog:
     """Rows per moment, the start first: time s, force (3,) N on the tool, torque (3,) N m about the jaws' hinge,
-    volume ml, smallest det F, deepest penetration mm, contacts, samples held, coordinates z (n, 3) m, tool pose."""
+    volume ml, smallest det F, deepest penetration mm, contacts, samples held, coordinates z (n, 3) m of
+    the handles, tool pose."""
 
     time_s: list[float] = field(default_factory=list)
     force_n: list[Array] = field(default_factory=list)
@@ -58,15 +60,28 @@ class SimulationLog:
         self.deepest_mm.append(0.0 if report is None else 1000 * report.bodies[0].deepest_m)
         self.contacts.append(0 if report is None else report.bodies[0].contacts)
         self.held.append(len(now.grips[0].sample))
-        self.z.append(now.z)
+        self.z.append(handle_coordinates(body, now.z))
         self.poses.append(state.tools[0])
+
+
+def handle_coordinates(body: Body, z: Array) -> Array:
+    """Coordinates (n, 3) of the columns without the local functions; what these add is left out."""
+    local = body.basis.local
+    if local is None:
+        return z
+    count = body.basis.mixing.shape[1]
+    base: Array = z[:count] - local.overlap @ z[count:]
+    return base
 
 
 def run_plan(
     plan: SimulationPlan, watch: Callable[[Step], None], *, progress: Progress = no_progress
 ) -> tuple[SimulationLog, Recording]:
     """Run it; ``watch`` sees every moment as it comes. What happened on the way is among the log's notices."""
-    log, simulation = SimulationLog(), Simulation(plan.scene, plan.scene.initial_state(plan.poses[0]))
+    log, simulation = (
+        SimulationLog(),
+        Simulation(plan.scene, plan.scene.initial_state(plan.poses[0]), detail=plan.detail),
+    )
     for step in _steps(plan, simulation):
         log.add(step)
         watch(step)

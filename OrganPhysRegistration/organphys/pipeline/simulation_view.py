@@ -21,7 +21,7 @@ from .simulation_run import Step
 MOMENTS = 6  # pictures of a strip
 VIDEO_FPS = 30.0
 VIEWS = ("from the camera", "from beside")
-SHOWN_M = 0.075  # round the place where the tool comes nearest
+SHOWN_M = 0.05  # round the place where the tool comes nearest
 SHOWN = 0.1  # opacity from which a Gaussian is drawn
 
 
