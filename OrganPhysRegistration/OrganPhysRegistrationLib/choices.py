@@ -52,12 +52,14 @@ class Stiffness(enum.Enum):
     Moderate = "moderate"
     Conservative = "conservative"
     Aggressive = "aggressive"
+    Custom = "custom"
 
     def label(self) -> str:
         return {
             "Moderate": _("Moderate"),
             "Conservative": _("Conservative"),
             "Aggressive": _("Aggressive"),
+            "Custom": _("By slider"),
         }[self.name]
 
 

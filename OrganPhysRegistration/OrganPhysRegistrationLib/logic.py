@@ -27,6 +27,7 @@ from .runs.blocking_run import outcome_of_inputs
 from .runs.core_in_use import CoreInUse, core_in_use, log_core_in_use
 from .runs.exports import export_case
 from .runs.input_problems import problems_of, problems_of_parameters
+from .runs.live_updates import LiveCallbacks, LiveUpdates
 from .runs.registration_run import RegistrationRun
 from .runs.result_nodes import write_case
 from .runs.run_callbacks import RunCallbacks, nothing
@@ -115,7 +116,8 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
         splat; mmPerUnit, mmPerUnitPercent: mm per scene unit and its standard deviation in percent (0: exact);
         stages: the last one is the one to reach; start (4, 4): T_scene_ct set by hand for the first of them;
         progress(stage, fraction): raise organphys.Cancelled in it to stop, the scene is unchanged then. options: method
-        "organphys" | "paper", stiffness "conservative" | "moderate" | "aggressive", weights "rkpm" | "learned",
+        "organphys" | "paper", stiffness "conservative" | "moderate" | "aggressive" or a
+        number from 0.003 (soft) to 0.2, weights "rkpm" | "learned",
         opacity (0..1), remove_floaters, close_holes, opening, seed, landmark_radius_mm.
         """
         inputs = RunInputs(
@@ -160,6 +162,28 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
         except InputError as error:
             onFailed("input", str(error))
             return None
+
+    def startLiveUpdate(
+        self,
+        parameters: Any,
+        *,
+        onUpdated: Callable[[CaseNodes, float], None] = nothing,
+        onSettled: Callable[[CaseNodes], None] = nothing,
+        onFailed: Callable[[str], None] = nothing,
+        onEnded: Callable[[str], None] = nothing,
+    ) -> LiveUpdates:
+        """From now on a moved landmark, or ``set_stiffness`` of the returned object, registers again in the background
+        (about a second) and moves the surface; inner points, transforms and tables follow once all is still.
+
+        The organ must have been registered with these parameters by ``startRun`` (InputError). ``stopLiveUpdate``, a
+        run and an undo end it. onUpdated(case, seconds), onSettled(case), onFailed(message), onEnded(message).
+        """
+        inputs = parameters if isinstance(parameters, RunInputs) else inputs_from_parameters(parameters)
+        return self._runs.start_live(inputs, LiveCallbacks(onUpdated, onSettled, onFailed, onEnded))
+
+    def stopLiveUpdate(self) -> None:
+        """End live updates, if they are on; what they did can be undone as one run."""
+        self._runs.stop_live()
 
     def warmUp(self) -> None:
         """Start the registration process ahead of the first run, which is then about two seconds shorter."""

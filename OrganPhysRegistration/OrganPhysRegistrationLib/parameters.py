@@ -20,7 +20,7 @@ class OrganPhysRegistrationParameterNode:
     landmarkRadiusMm: 0 lets the method choose; cameraPosition: "[x, y, z]" in scene units and cameraFovDeg (0 unknown),
     used with cameraChoice FromView; mmPerUnit: used with unitChoice Custom; unitPercent: standard deviation of the
     stated unit, 0 means exact; opacity: Gaussians below it are hidden and left out; pointSize: pixels; caseID: the case
-    whose results are shown, "" before the first run.
+    whose results are shown, "" before the first run; stiffnessPercent: of stiffness Custom, see stiffness_scale.
     """
 
     segmentation: vtkMRMLSegmentationNode
@@ -37,6 +37,7 @@ class OrganPhysRegistrationParameterNode:
     unitPercent: Annotated[float, WithinRange(0, 100)] = 0.0
     method: Method = Method.OrganPhys
     stiffness: Stiffness = Stiffness.Moderate
+    stiffnessPercent: Annotated[float, WithinRange(0, 100)] = 38.0
     weights: SkinningWeights = SkinningWeights.Rkpm
     opacity: Annotated[float, WithinRange(0, 1)] = 0.1
     pointSize: Annotated[float, WithinRange(1, 20)] = 4.0

@@ -10,6 +10,7 @@ from .display_section import DisplaySection
 from .export_section import ExportSection
 from .inputs_section import InputsSection
 from .landmarks_section import LandmarksSection
+from .live_section import LiveSection
 from .panel import Panel
 from .pose_section import PoseSection
 from .register_section import RegisterSection
@@ -30,6 +31,7 @@ def build_panel(ui: Any, logic: Any) -> Panel:
         WeightsSection(panel),
         DisplaySection(panel),
         register,
+        LiveSection(panel, register),
         PoseSection(panel, register),
         ResultSection(panel),
         ExportSection(panel),

@@ -9,6 +9,8 @@ from typing import Any
 
 from organphys.ground.checks import InputError
 
+from ..stiffness_scale import stiffness_of
+
 
 @dataclass(frozen=True)
 class RunInputs:
@@ -31,7 +33,7 @@ class RunInputs:
     unit_percent: float = 0.0
     landmark_radius_mm: float | None = None
     method: str = "organphys"
-    stiffness: str = "moderate"
+    stiffness: str | float = "moderate"
     weights: str = "rkpm"
     opacity: float = 0.1
     remove_floaters: bool = False
@@ -67,7 +69,7 @@ def inputs_from_parameters(parameters: Any) -> RunInputs:
         unit_percent=parameters.unitPercent,
         landmark_radius_mm=parameters.landmarkRadiusMm or None,
         method=_value(parameters.method),
-        stiffness=_value(parameters.stiffness),
+        stiffness=stiffness_of(_value(parameters.stiffness), getattr(parameters, "stiffnessPercent", None)),
         weights=_value(parameters.weights),
         opacity=parameters.opacity,
         remove_floaters=parameters.removeFloaters,

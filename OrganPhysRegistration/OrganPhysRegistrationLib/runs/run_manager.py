@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import slicer
 
 from organphys.ground.checks import InputError
 
+from ..outputs.case_nodes import case_of
 from ..outputs.case_record import CaseNodes
 from ..outputs.undo import RunUndo
+from .live_updates import LiveCallbacks, LiveUpdates
 from .registration_run import RegistrationRun
 from .run_callbacks import RunCallbacks
 from .run_inputs import RunInputs
@@ -18,6 +21,8 @@ from .run_process import RunProcess
 from .warm_session import WarmSession
 
 KEPT_UNDOS = 5
+NOT_REGISTERED = "Live update: register this organ with these settings first, then switch it on."
+STOPPING = "Live update is just stopping: try again in a moment."
 BUSY = "A registration is running: wait for it or press Cancel."
 
 
@@ -28,6 +33,8 @@ class RunManager:
         self._session = WarmSession(process or RunProcess())
         self._undos: list[tuple[CaseNodes, RunUndo]] = []
         self.run: RegistrationRun | None = None
+        self.live: LiveUpdates | None = None
+        self._registered: RunInputs | None = None
         self._slot = self.stop  # PythonQt keeps no reference to a bound method
         slicer.app.connect("aboutToQuit()", self._slot)
 
@@ -46,8 +53,32 @@ class RunManager:
         """A new run, the only one."""
         if self.busy:
             raise InputError(BUSY)
+        self.stop_live()
+        if self._session.process.busy:
+            raise InputError(STOPPING)
         self.run = RegistrationRun(self._session, inputs, stages, callbacks, start=start, on_end=self._run_ended)
         return self.run
+
+    def start_live(self, inputs: RunInputs, callbacks: LiveCallbacks) -> LiveUpdates:
+        """Live updates of the organ that was registered last, by this process's child."""
+        case = case_of(inputs.segmentation, inputs.segment_id, inputs.splat)
+        if self.busy:
+            raise InputError(BUSY)
+        if inputs.method != "organphys":
+            raise InputError("Live update: only the method OrganPhys is quick enough; choose it and press Register.")
+        if case is None or not self._session.registered or not _same(inputs, self._registered):
+            raise InputError(NOT_REGISTERED)
+        self.stop_live()
+        self.live = LiveUpdates(self._session, inputs, case, callbacks)
+        return self.live
+
+    def stop_live(self) -> None:
+        """End live updates, if they are on; they can be undone as one run."""
+        live, self.live = self.live, None
+        if live is not None:
+            live.stop()
+            if live.undo is not None:
+                self.remember(live.case, live.undo)
 
     def remember(self, case: CaseNodes, undo: RunUndo) -> None:
         """Keep the way back from a run that was written."""
@@ -57,6 +88,7 @@ class RunManager:
         """Take back what the last finished run wrote; the case as it was before, None if the run had made it."""
         if self.busy:
             raise InputError(BUSY)
+        self.stop_live()
         possible = self._possible()
         if not possible:
             raise InputError("There is no run to undo.")
@@ -72,6 +104,7 @@ class RunManager:
 
     def stop(self) -> None:
         """Give up a run without waiting or telling, and end the child."""
+        self.stop_live()
         run, self.run = self.run, None
         if run is not None:
             run.cancel()
@@ -88,3 +121,11 @@ class RunManager:
     def _run_ended(self, run: RegistrationRun) -> None:
         if run.case is not None and run.undo is not None:
             self.remember(run.case, run.undo)
+            self._registered = run.inputs
+
+
+def _same(inputs: RunInputs, registered: RunInputs | None) -> bool:
+    """Whether the inputs are those of the last run, but for what a live update may change."""
+    if registered is None:
+        return False
+    return replace(inputs, landmarks=None, stiffness="") == replace(registered, landmarks=None, stiffness="")

@@ -47,6 +47,15 @@ class WarmSession:
         self._done -= set(STAGES[STAGES.index(stage) :])
         self._done.add(stage)
 
+    @property
+    def registered(self) -> bool:
+        """Whether the child has done the elastic stage of the case it was given last."""
+        return self.process.running and self._known[0] == self.process.generation and "elastic" in self._done
+
+    def detached(self) -> None:
+        """The child's case has been changed since it was loaded: a run loads its own."""
+        self._known, self._done = (0, ""), set()
+
     def forget(self) -> None:
         """The child's state is not known any more."""
         self._known, self._done, self.faces = (0, ""), set(), None
