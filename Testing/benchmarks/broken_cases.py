@@ -41,13 +41,9 @@ def tenth_seen(case: CaseInputs, rng: np.random.Generator) -> CaseInputs:
     return _with_splat(case, opaque[np.linalg.norm(opaque - middle, axis=1) < radius])
 
 
-def wrong_organ(other: CaseInputs) -> Break:
+def wrong_organ(other: CaseInputs) -> Callable[[CaseInputs], CaseInputs]:
     """The organ of another case, without landmarks."""
-
-    def swap(case: CaseInputs, rng: np.random.Generator) -> CaseInputs:
-        return replace(case, organ=other.organ, landmarks=None)
-
-    return swap
+    return lambda case: replace(case, organ=other.organ, landmarks=None)
 
 
 BREAKS: dict[str, Break] = {

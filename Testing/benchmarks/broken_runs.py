@@ -53,14 +53,22 @@ def plans(cases: list[CaseInputs]) -> Iterator[tuple[str, CaseInputs, SceneUnit 
     """Case and what was done to it, with the inputs and the unit stated."""
     for case in cases:
         yield f"{case.name} | {GOOD}", case, None
-    for number, case in enumerate(cases):
-        rng = np.random.default_rng(zlib.crc32(case.name.encode()))
-        for name, change in BREAKS.items():
-            yield f"{case.name} | {name}", change(case, rng), None
-        for other in (cases[(number + 1) % len(cases)], cases[(number + 3) % len(cases)]):
-            if other.name.split("_")[0] != case.name.split("_")[0]:
-                yield f"{case.name} | organ of {other.name}", wrong_organ(other)(case, rng), None
+    for name, change in BREAKS.items():
+        for case in cases:
+            yield f"{case.name} | {name}", change(case, np.random.default_rng(zlib.crc32(case.name.encode()))), None
+    for case, other in _pairs(cases, 1):
+        yield f"{case.name} | organ of {other.name}", wrong_organ(other)(case), None
+    for case in cases:
         yield f"{case.name} | {UNIT}", case, SceneUnit(1.25 * case.truth.mm_per_unit)
+    for case, other in _pairs(cases, 3):
+        yield f"{case.name} | organ of {other.name}", wrong_organ(other)(case), None
+
+
+def _pairs(cases: list[CaseInputs], step: int) -> Iterator[tuple[CaseInputs, CaseInputs]]:
+    """Every case with another one, ``step`` further, of another organ."""
+    for case, other in zip(cases, cases[step:] + cases[:step], strict=True):
+        if other.name.split("_")[0] != case.name.split("_")[0]:
+            yield case, other
 
 
 def run(case: CaseInputs, unit: SceneUnit | None) -> Entry:

@@ -27,6 +27,11 @@ LEVELS = (0.68, 0.95)
 ALLOWED = ((0.60, 0.76), (0.90, 0.98))
 CURVE = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.68, 0.75, 0.8, 0.85, 0.9, 0.95, 0.98)
 REGIONS = ("visible", "hidden", "interior")
+EXPLANATION = """Share of the true error lengths within the 68 % and the 95 % radius, in percent. Every case is judged
+with constants fitted on the others: the variance factor k of the data and the energy T of a degree of freedom (the
+Student t has 6 degrees of freedom throughout). Wanted: 60 to 76 within the 68 % radius and 90 to 98 within the 95 %
+radius, pooled, in each region: **{met}**. Errors of one case are strongly correlated, so single cases scatter far more
+than pooled ones. Fitted on all cases: {fitted}; the product holds {product}."""
 GRID = [
     PosteriorConstants(data=data, temperature=temperature)
     for data, temperature in itertools.product((1.0, 1.5, 2.0, 3.0, 4.5), (7e-5, 1e-4, 1.5e-4, 2e-4, 3e-4, 4.5e-4))
@@ -87,7 +92,7 @@ def markdown(
     rows = [_row(name, shown[of], chosen.get(name)) for name, of in groups]
     if product:
         rows.append(_row(f"{len(product)} sample cases (not in any fit)", np.array(product), PosteriorConstants()))
-    pooled, product_constants = shown.mean(axis=0), PosteriorConstants()
+    pooled = shown.mean(axis=0)
     met = all(low <= pooled[r, k] <= high for k, (low, high) in enumerate(ALLOWED) for r in range(len(REGIONS)))
     columns = ["", *(f"{region}, {100 * level:.0f} %" for region in REGIONS for level in LEVELS), "data k", "T"]
     return (
@@ -95,19 +100,21 @@ def markdown(
             [
                 TITLE,
                 f"{how(command)}\n- {len(runs)} registrations: {len(chosen)} cases, seeds, without and with the unit",
-                "Share of the true error lengths within the 68 % and the 95 % radius, in percent. Every case is judged with "
-                "constants fitted on the others: the variance factor k of the data and the energy T of a degree of freedom "
-                "(the Student t has 6 degrees of freedom throughout). Wanted: 60 to 76 within the 68 % radius and 90 to 98 "
-                f"within the 95 % radius, pooled, in each region: **{'met' if met else 'not met'}**. Errors of one case "
-                "are strongly correlated, so single cases scatter far more than pooled ones. "
-                f"Fitted on all cases: k = {everything.data:g}, T = {everything.temperature:g}; "
-                f"the product holds k = {product_constants.data:g}, T = {product_constants.temperature:g}.",
+                EXPLANATION.format(
+                    met="met" if met else "not met",
+                    fitted=_words(everything),
+                    product=_words(PosteriorConstants()),
+                ),
                 _table(columns, rows),
                 "![Reliability](calibration.png)",
             ]
         )
         + "\n"
     )
+
+
+def _words(constants: PosteriorConstants) -> str:
+    return f"k = {constants.data:g}, T = {constants.temperature:g}"
 
 
 def _row(name: str, shares: np.ndarray, constants: PosteriorConstants | None) -> list[str]:

@@ -138,6 +138,22 @@ def test_arrays_that_are_no_real_numbers_are_refused(
     assert "not real numbers" in fails([*argv, str(tmp_path / "q.npy")], capsys)
 
 
+def test_map_tells_how_sure_each_point_is(result: Path, tmp_path: Path) -> None:
+    organ = load_asset(str(result / "organ.organphys"))
+    points = organ.vertices[::40]
+    np.save(tmp_path / "p.npy", points)
+    there = ["map", str(result / "organ.organphys"), "--points", str(tmp_path / "p.npy"), "--confidence"]
+    assert main([*there, "--out", str(tmp_path / "q.npy"), "--quiet"]) == 0
+    mapped = np.load(tmp_path / "q.npy")
+    assert mapped.shape == (len(points), 5)
+    assert (mapped[:, 3] > 0).all() and (mapped[:, 4] > mapped[:, 3]).all()
+    np.testing.assert_allclose(mapped[:, 4], organ.error_radius(points, 0.95))
+    np.save(tmp_path / "q.npy", mapped[:, :3])
+    back = ["map", str(result / "organ.organphys"), "--points", str(tmp_path / "q.npy"), "--confidence", "--inverse"]
+    assert main([*back, "--out", str(tmp_path / "r.npy"), "--quiet"]) == 0
+    np.testing.assert_allclose(np.load(tmp_path / "r.npy")[:, 3:], mapped[:, 3:], rtol=0.02)
+
+
 def test_a_single_point_far_away_maps_there_and_back(result: Path, tmp_path: Path) -> None:
     point, asset = np.array([[5000.0, 0.0, 0.0]]), str(result / "organ.organphys")
     np.save(tmp_path / "p.npy", point)

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from asset_examples import bent_organ
 
 from organphys.asset.registered_organ import RegisteredOrgan
+from organphys.basis.reduced_covariance import ReducedCovariance
 from organphys.exports.registration_json import write_registration_json
 from organphys.exports.surface_vtp import write_surface_vtp
 from organphys.ground.checks import InputError
@@ -42,6 +44,22 @@ def test_surface_file_comes_back(organ: RegisteredOrgan, tmp_path: Path) -> None
     assert np.allclose(arrays["det_F"], np.linalg.det(organ.deformation_gradient(organ.vertices)), atol=1e-5)
     assert data.GetFieldData().GetAbstractArray("SPACE").GetValue(0) == "RAS"
     assert [p.name for p in tmp_path.iterdir()] == ["surface.vtp"]
+
+
+def test_surface_file_holds_the_error_radii_of_an_organ_that_knows_them(organ: RegisteredOrgan, tmp_path: Path) -> None:
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+
+    factor = 0.002 * np.random.default_rng(0).normal(size=(3 * organ.basis.size + 1, 4))
+    sure = replace(organ, uncertainty=ReducedCovariance(factor, 6.0))
+    write_surface_vtp(tmp_path / "surface.vtp", sure)
+    reader = vtkXMLPolyDataReader()
+    reader.SetFileName(str(tmp_path / "surface.vtp"))
+    reader.Update()
+    data = reader.GetOutput().GetPointData()
+    for percent in (68, 95):
+        found = vtk_to_numpy(data.GetArray(f"error_{percent}_mm"))
+        assert np.allclose(found, sure.surface_error_mm(percent / 100), rtol=1e-5)
 
 
 def test_surface_file_needs_one_distance_per_vertex(organ: RegisteredOrgan, tmp_path: Path) -> None:
