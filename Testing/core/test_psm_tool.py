@@ -9,7 +9,7 @@ from simulation_examples import BOTTOM, box_body
 
 from organphys.ground.checks import InputError
 from organphys.simulation.continuous_check import substeps
-from organphys.simulation.psm import INSTRUMENTS, Psm
+from organphys.simulation.psm import INSTRUMENTS, Psm, default_trocar
 from organphys.simulation.psm_meshes import MESH_COLOURS, link_meshes
 from organphys.simulation.psm_solids import signed_volume
 from organphys.simulation.scene import Scene
@@ -175,3 +175,33 @@ def test_an_arm_grasps_and_lifts_in_the_simulator():
     for height in np.linspace(half, half + 0.015, 20):
         report = simulation.step((pose(height, 5),), dt=1 / 60)
     assert report.forces[0].force[2] < -0.01  # the tissue pulls the tool down
+
+
+def test_two_arms_stretch_an_organ_between_them():
+    body = box_body(BOTTOM)
+    centre, top = body.samples.points.mean(0), body.samples.points[:, 2].max()
+    camera = centre + np.array([0, 0, 0.15])
+    arms, spots = [], []
+    for side, sign, name in (("right", 1, "prograsp"), ("left", -1, "large_needle_driver")):
+        row = INSTRUMENTS[name]
+        arms.append(Psm(row, default_trocar(body.samples.points, camera=camera, side=side, instrument=row)))
+        spots.append(np.array([centre[0] + sign * 0.025, centre[1], top]))
+    down = np.diag([1.0, -1.0, -1.0])
+
+    def poses(height: float, apart: float, jaw_deg: float) -> tuple[ToolPose, ...]:
+        out = []
+        for psm, spot, sign in zip(arms, spots, (1, -1), strict=True):
+            hinge = spot + np.array([sign * apart, 0, height + psm.instrument.jaw_length / 2])
+            solution = psm.inverse(ToolPose(hinge, down, jaw_deg))
+            assert solution.limits == ()
+            out.append(solution.pose)
+        return tuple(out)
+
+    scene = Scene((body,), tuple(psm.tool() for psm in arms))
+    simulation = Simulation(scene, scene.initial_state(*poses(0.01, 0, 60)))
+    for height, jaw_deg in ((0.006, 60), (0.003, 60), (0.0, 60), (0.0, 30), (0.0, 5)):
+        simulation.step(poses(height, 0.0, jaw_deg), dt=1 / 60)
+    for apart in np.linspace(0, 0.006, 6):
+        report = simulation.step(poses(0.004, apart, 5), dt=1 / 60)
+    assert all(len(grip.sample) for grip in simulation.state.bodies[0].grips)
+    assert report.forces[0].force[0] < -0.01 and report.forces[1].force[0] > 0.01  # each is pulled to the other

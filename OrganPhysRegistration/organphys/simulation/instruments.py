@@ -74,6 +74,11 @@ class Instrument:
         return limits
 
     @cached_property
+    def ranges(self) -> Array:
+        """Widths (6,) of the joints' ranges, rad and m."""
+        return self.limits[:, 1] - self.limits[:, 0]
+
+    @cached_property
     def home(self) -> Array:
         """Joints (6,) in the middle of their ranges: straight, half inserted."""
         middle: Array = self.limits.mean(1)

@@ -109,7 +109,7 @@ class Psm:
 
         ``near`` None: nearest to the middle of the ranges. InputError for numbers that are not finite.
         """
-        pose = checked_pose(pose, "tool pose")
+        pose = checked_pose(ToolPose(pose.position, pose.rotation, pose.jaw_deg), "tool pose")
         start = self.home if near is None else as_joints(near)
         rotation, hinge = self._in_rcm(pose.rotation[None], pose.position[None])
         joints, clamped = inverse_joints(rotation, hinge, start[None], self.instrument)

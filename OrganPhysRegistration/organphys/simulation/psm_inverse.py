@@ -24,6 +24,7 @@ TINY = 1e-9  # m: wrist so near to the RCM that the shaft's direction is open
 SLACK = 1e-9  # rad, m: beyond a limit by rounding
 TURN = 2 * np.pi
 NEXT, AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])
+BRANCHES = np.array([[1.0, 1.0], [-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0]])  # signs of the normal and of the side
 PER_DEGREE = 1e-3  # m: an error of 1 deg counts as one of 1 mm where a pose is out of reach
 
 
@@ -35,7 +36,7 @@ def inverse_joints(
     rotation (N, 3, 3), hinge (N, 3) m: the tool in the RCM frame; near (N, 6): configuration to stay near to.
     """
     low, high = instrument.limits.T
-    joints = _branch(rotation, hinge, near, instrument, 1.0, 1.0)
+    joints = _branch(rotation, hinge, near, instrument, *BRANCHES[0, :, None])
     outside = (joints < low - SLACK) | (joints > high + SLACK)
     odd = np.flatnonzero(outside.any(1) | (joints[:, 2] < 2 * BEHIND_RCM + SLACK))
     clamped = np.zeros(joints.shape, dtype=bool)
@@ -59,30 +60,27 @@ def angle_between(a: Array, b: Array) -> Array:
 
 def _best_branch(rotation: Array, hinge: Array, near: Array, instrument: Instrument) -> tuple[Array, NDArray[np.bool_]]:
     """Of all four branches, clamped, the one with the smallest error, and of equal ones the nearest."""
-    signs = ((1.0, 1.0), (-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0))
-    found = [_clamped(_branch(rotation, hinge, near, instrument, *s), hinge, instrument) for s in signs]
-    joints, clamped = np.stack([j for j, _ in found]), np.stack([c for _, c in found])
-    ranges = np.ptp(instrument.limits, axis=1)
-    cost = np.zeros(joints.shape[:2])
-    for k, candidate in enumerate(joints):
-        away, turn = pose_errors(links(candidate, instrument), rotation, hinge)
-        cost[k] = np.round((away + PER_DEGREE * turn) / 1e-9)
-    far = np.sqrt((((joints - near) / ranges) ** 2).sum(2))
-    best = np.lexsort((far, cost), axis=0)[0]
-    rows = np.arange(len(hinge))
-    return joints[best, rows], clamped[best, rows]
+    count, times = len(hinge), len(BRANCHES)
+    normal_sign, side = BRANCHES.repeat(count, 0).T
+    rotation, hinge, near = np.tile(rotation, (times, 1, 1)), np.tile(hinge, (times, 1)), np.tile(near, (times, 1))
+    joints, clamped = _clamped(_branch(rotation, hinge, near, instrument, normal_sign, side), hinge, instrument)
+    away, turn = pose_errors(links(joints, instrument), rotation, hinge)
+    cost = np.round((away + PER_DEGREE * turn) / 1e-9).reshape(times, count)
+    apart = (joints - near) / instrument.ranges
+    best = np.lexsort((_dot(apart, apart).reshape(times, count), cost), axis=0)[0] * count + np.arange(count)
+    return joints[best], clamped[best]
 
 
 def _branch(
-    rotation: Array, hinge: Array, near: Array, instrument: Instrument, normal_sign: float, side: float
+    rotation: Array, hinge: Array, near: Array, instrument: Instrument, normal_sign: Array, side: Array
 ) -> Array:
-    """Joints (N, 6), limits not regarded but the roll's; side -1: wrist behind the RCM."""
+    """Joints (N, 6), limits not regarded but the roll's; side (N,) or (1,) -1: wrist behind the RCM."""
     y5 = -rotation[:, :, 0]  # the axes of frames 4 to 6 as in the table
-    z5 = normal_sign * _unit_normal(hinge, y5)
+    z5 = normal_sign[:, None] * _unit_normal(hinge, y5)
     x5 = _cross(y5, z5)
     wrist = hinge - instrument.wrist_length * x5
     depth = np.sqrt(_dot(wrist, wrist))
-    z4 = side * wrist / np.maximum(depth, TINY)[:, None]
+    z4 = wrist * (side / np.maximum(depth, TINY))[:, None]
     open_shaft = depth < TINY
     if open_shaft.any():
         z4[open_shaft] = _nearest_shaft(near[open_shaft], z5[open_shaft], x5[open_shaft])

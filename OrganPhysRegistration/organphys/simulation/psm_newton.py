@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..ground.checks import Array, InputError
-from .instruments import BEHIND_RCM, DH_ALPHA, DH_THETA, PRISMATIC, R_6_TOOL, Instrument
+from .instruments import BEHIND_RCM, DH_ALPHA, DH_THETA, JOINTS, PRISMATIC, R_6_TOOL, Instrument
 from .psm import Psm, PsmSolution, as_joints
 from .psm_inverse import pose_errors
 from .psm_kinematics import links
@@ -30,7 +30,7 @@ from .state import ToolPose
 from .tools import checked_pose
 
 PER_METRE = 10.0  # the solver's lengths are decimetres: of the size of the angles
-STEPS = 40
+FIRST, STEPS = 6, 8  # the first round: up to so many runs of so many steps
 RETRIES = ((8, 60, 100), (64, 100, 300))  # starts, steps with the limits in the cost, steps without; for what is left
 LIMIT_WEIGHT = 0.3
 NEAR_ENOUGH_M, NEAR_ENOUGH_DEG = 5e-7, 5e-4  # what single precision reaches with a margin
@@ -45,6 +45,16 @@ class Arm(NamedTuple):
     model: Any
     link: int
     device: str
+
+
+class Solver(NamedTuple):
+    """newton.ik's solver and warp's arrays: hinges dm, turns (x, y, z, w), joints at the start and at the end."""
+
+    ik: Any
+    places: Any
+    turns: Any
+    first: Any
+    last: Any
 
 
 def newton_inverse(
@@ -71,7 +81,11 @@ def _solved(
     arm: Arm, instrument: Instrument, rotation: Array, hinge: Array, start: Array
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Joints (N, 6) inside the limits and which were clamped."""
-    joints = _round(arm, rotation, hinge, start, STEPS)
+    joints = start
+    for _ in range(FIRST):
+        joints = _round(arm, rotation, hinge, joints, STEPS)
+        if (_badness(instrument, joints, rotation, hinge) <= 1).all():
+            break
     for seeds, steps, more in RETRIES:
         again = np.flatnonzero(_badness(instrument, joints, rotation, hinge) > 1)
         if not len(again):
@@ -99,28 +113,37 @@ def _badness(instrument: Instrument, joints: Array, rotation: Array, hinge: Arra
 
 def _round(arm: Arm, rotation: Array, hinge: Array, start: Array, steps: int, seeds: int = 0) -> Array:
     """One run of the solver over all poses; with ``seeds`` from so many starts and with the limits in the cost."""
-    wp, ik = arm.warp, arm.newton.ik
     turns = Rotation.from_matrix(rotation @ R_6_TOOL.T).as_quat()
-    targets = wp.array(PER_METRE * hinge, dtype=wp.vec3, device=arm.device)
-    quaternions = wp.array(turns.astype(np.float32), dtype=wp.vec4, device=arm.device)
+    units = np.where(PRISMATIC, PER_METRE, 1.0)
+    with contextlib.redirect_stdout(io.StringIO()):  # warp tells of every kernel that it compiles
+        solver = _solver(arm, len(start), seeds)
+        solver.places.assign((PER_METRE * hinge).astype(np.float32))
+        solver.turns.assign(turns.astype(np.float32))
+        solver.first.assign((start * units).astype(np.float32))
+        solver.ik.reset()
+        solver.ik.step(solver.first, solver.last, iterations=steps)
+    out: Array = solver.last.numpy().astype(np.float64) / units
+    return out
+
+
+@lru_cache(maxsize=6)
+def _solver(arm: Arm, count: int, seeds: int) -> Solver:
+    """Newton's solver for so many poses and its arrays."""
+    wp, ik = arm.warp, arm.newton.ik
+    places = wp.zeros(count, dtype=wp.vec3, device=arm.device)
+    turns = wp.zeros(count, dtype=wp.vec4, device=arm.device)
     objectives = [
-        ik.IKObjectivePosition(arm.link, wp.vec3(0.0, 0.0, 0.0), targets),
-        ik.IKObjectiveRotation(arm.link, wp.quat_identity(), quaternions),
+        ik.IKObjectivePosition(arm.link, wp.vec3(0.0, 0.0, 0.0), places),
+        ik.IKObjectiveRotation(arm.link, wp.quat_identity(), turns),
     ]
     several = {}
     if seeds:
         ends = arm.model.joint_limit_lower, arm.model.joint_limit_upper
         objectives.append(ik.IKObjectiveJointLimit(*ends, weight=LIMIT_WEIGHT))
         several = {"sampler": ik.IKSampler.ROBERTS, "n_seeds": seeds}
-    mode = ik.IKJacobianType.ANALYTIC
-    units = np.where(PRISMATIC, PER_METRE, 1.0)
-    first = wp.array((start * units).astype(np.float32), dtype=wp.float32, device=arm.device)
-    last = wp.zeros_like(first)
-    with contextlib.redirect_stdout(io.StringIO()):  # warp tells of every kernel that it compiles
-        solver = ik.IKSolver(arm.model, len(start), objectives, jacobian_mode=mode, **several)
-        solver.step(first, last, iterations=steps)
-    out: Array = last.numpy().astype(np.float64) / units
-    return out
+    solver = ik.IKSolver(arm.model, count, objectives, jacobian_mode=ik.IKJacobianType.ANALYTIC, **several)
+    first = wp.zeros((count, len(JOINTS)), dtype=wp.float32, device=arm.device)
+    return Solver(solver, places, turns, first, wp.zeros_like(first))
 
 
 @lru_cache(maxsize=4)
