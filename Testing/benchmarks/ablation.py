@@ -24,6 +24,7 @@ from organphys.elastic.reduced_organ import reduce_organ
 from organphys.ground.frames import Similarity
 from organphys.ground.progress import no_progress
 from organphys.pipeline.default_method import DefaultMethod
+from organphys.pipeline.organ_in_scene import organ_in_scene
 from organphys.pipeline.scale_checks import scale_prior, unit_scale
 
 Result = tuple[float, float]
@@ -71,7 +72,8 @@ class Fit:
 
     def __init__(self, inputs: CaseInputs, *, seed: int, unit: bool) -> None:
         self.inputs, self.seed = inputs, seed
-        self.method = DefaultMethod(inputs.case(seed=seed, unit=unit))
+        case = inputs.case(seed=seed, unit=unit)
+        self.method = DefaultMethod(organ_in_scene(case) if inputs.box is None else case)
         self.start = self.method.rigid(self.method.coarse(no_progress), None, no_progress).pose
 
     def result(self, settings: Settings) -> Result:

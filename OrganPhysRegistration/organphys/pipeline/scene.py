@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +23,27 @@ ON_A_LINE = 1e-4  # ratio of the second largest extent to the largest
 @dataclass(frozen=True)
 class Scene:
     """centres (N, 3): the organ's opaque Gaussians; others (K, 3): opaque ones outside the crop box; target (M, 3):
-    the paper's uniform subsample of the organ's; picture: indices into the splat for pictures."""
+    the paper's uniform subsample of the organ's; picture: indices into the splat for pictures; rows (N,): those of the
+    centres."""
 
     centres: Array
     others: Array
     target: Array
     picture: NDArray[np.int64]
     notices: tuple[Notice, ...]
+    rows: NDArray[np.int64]
+
+    def cropped(self, members: NDArray[np.bool_], seed: int) -> Scene:
+        """The scene with only the centres of ``members`` (N,) bool as the organ's; the others join the rest."""
+        centres = self.centres[members]
+        _check_spread(centres)
+        return replace(
+            self,
+            centres=centres,
+            others=np.concatenate([self.others, self.centres[~members]]),
+            target=centres[random_subset(len(centres), TARGET_POINTS, seed)],
+            rows=self.rows[members],
+        )
 
 
 def select_scene(splat: GaussianCloud, box: Box | None, options: RegisterOptions, progress: Progress) -> Scene:
@@ -50,6 +64,7 @@ def select_scene(splat: GaussianCloud, box: Box | None, options: RegisterOptions
         target=centres[random_subset(len(centres), TARGET_POINTS, options.seed)],
         picture=shown[random_subset(len(shown), PICTURE_POINTS, options.seed)],
         notices=tuple(notices),
+        rows=np.flatnonzero(chosen),
     )
 
 

@@ -19,6 +19,7 @@ from .case_state import CaseState
 from .default_method import DefaultMethod
 from .landmark_weights import landmark_weights
 from .live_surface import LiveSurface
+from .organ_in_scene import organ_in_scene
 from .outer_loop import UNCHANGED, Changes, OuterLoop, taken_over
 from .paper_method import PaperMethod
 from .processor import one_blas_thread
@@ -57,6 +58,8 @@ class RegistrationSession:
             organ, splat, options, landmarks=landmarks, camera=camera, box=box, unit=unit, provenance=provenance,
             progress=progress,
         )  # fmt: skip
+        if box is None and case.options.method == "organphys":
+            case = organ_in_scene(case, progress)
         self.state = CaseState(case)
         self._outcome: CaseOutcome | None = None
         self._method: Method = METHODS[case.options.method](case)
