@@ -12,12 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..asset.surface_distance import SurfaceDistance
 from ..ground.checks import Array, InputError, as_positive
 from .mesh_thinning import thin_mesh
 
 NEEDED = ("pytetwild", "pyvista", "meshio")
 MISSING = "tetrahedra need pytetwild, pyvista and meshio: pip install 'organphys[tetrahedra]'"
 CELLS_PER_EDGE = 1.5  # the surface is thinned to about this many vertices per edge of a tetrahedron before the meshing
+ROUNDS, SIDES = 10, ([0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3])
 ENVELOPE = 0.075  # edges: how far the surface may lie from the thinned one; half of it takes four times as long
 
 
@@ -93,10 +95,8 @@ def tetrahedra(vertices: Array, faces: NDArray[np.int64], *, edge: float) -> Tet
     size = float(np.ptp(vertices, axis=0).max())
     if not edge < size:
         raise InputError(f"edge length: expected less than the size of the organ, {size:.3g}, got {edge:g}")
-    thin = thin_mesh(vertices, faces, cells_across=max(8, int(CELLS_PER_EDGE * size / edge)))
     nodes, cells = pytetwild.tetrahedralize(
-        thin.averaged(vertices),
-        thin.faces.astype(np.int32),
+        *_thinned(vertices, faces, edge / CELLS_PER_EDGE),
         edge_length_abs=edge,
         epsilon=ENVELOPE * edge / float(np.linalg.norm(np.ptp(vertices, axis=0))),
         num_threads=1,
@@ -104,7 +104,37 @@ def tetrahedra(vertices: Array, faces: NDArray[np.int64], *, edge: float) -> Tet
     )
     if not len(cells):
         raise InputError("tetrahedra: none could be made of this surface; is it closed? take another edge length")
-    return oriented(np.asarray(nodes, dtype=np.float64), np.asarray(cells, dtype=np.int64))
+    mesh = oriented(np.asarray(nodes, dtype=np.float64), np.asarray(cells, dtype=np.int64))
+    return on_surface(mesh, SurfaceDistance(vertices, faces))
+
+
+def _thinned(vertices: Array, faces: NDArray[np.int64], cell: float) -> tuple[Array, NDArray[np.int32]]:
+    """The surface with one vertex per cell, as it is if it has hardly more: fTetWild's time goes with its triangles."""
+    edges = np.linalg.norm(vertices[faces[:, 0]] - vertices[faces[:, 1]], axis=1)
+    if float(np.median(edges)) > 0.5 * cell:
+        return vertices, faces.astype(np.int32)
+    thin = thin_mesh(vertices, faces, cells_across=max(8, int(np.ptp(vertices, axis=0).max() / cell)))
+    return thin.averaged(vertices), thin.faces.astype(np.int32)
+
+
+def on_surface(mesh: TetrahedralMesh, surface: SurfaceDistance) -> TetrahedralMesh:
+    """The mesh with its outer nodes moved to the closest point of the surface, which thinning and envelope had left.
+
+    Nodes stay where they are where that would halve the radius ratio of a tetrahedron.
+    """
+    sides = np.sort(np.concatenate([mesh.cells[:, side] for side in SIDES]), axis=1)
+    unique, count = np.unique(sides, axis=0, return_counts=True)
+    outer = np.unique(unique[count == 1])
+    target, before = mesh.nodes.copy(), mesh.radius_ratios
+    target[outer] = surface.signed_with_foot(mesh.nodes[outer])[1]
+    for _ in range(ROUNDS):
+        moved = TetrahedralMesh(target, mesh.cells)
+        bad = (moved.volumes <= 0) | (moved.radius_ratios < 0.5 * before)
+        if not bad.any():
+            return moved
+        back = np.unique(mesh.cells[bad])
+        target[back] = mesh.nodes[back]
+    return mesh
 
 
 def check_tetrahedra() -> None:

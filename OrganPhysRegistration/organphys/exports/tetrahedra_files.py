@@ -19,18 +19,18 @@ FORMATS = {"vtu": "vtu", "msh": "gmsh22"}
 def write_tetrahedra(
     path: str | os.PathLike[str], mesh: TetrahedralMesh, *, frame: str, name: str = "organ", format: str = ""
 ) -> None:
-    """Write the mesh, atomically, with radius_ratio per tetrahedron; ``format``: "vtu" or "msh", else the ending.
+    """Write the mesh, atomically; ``format``: "vtu" or "msh", else the ending.
 
-    Gmsh files carry physical group 1. InputError without meshio or for another format.
+    vtu files carry radius_ratio per tetrahedron, Gmsh files physical group 1. InputError without meshio or for another format.
     """
     chosen = one_of(format or Path(path).suffix.lower().lstrip("."), "format of tetrahedra", tuple(FORMATS))
     check_tetrahedra()
     import meshio
 
     data: dict[str, list[Any]] = {"radius_ratio": [mesh.radius_ratios]}
-    if chosen == "msh":
+    if chosen == "msh":  # meshio's element data in Gmsh text cannot be read again with numpy 2
         group = np.ones(len(mesh.cells), dtype=np.int32)
-        data |= {"gmsh:physical": [group], "gmsh:geometrical": [group]}
+        data = {"gmsh:physical": [group], "gmsh:geometrical": [group]}
     content = meshio.Mesh(mesh.nodes, [("tetra", mesh.cells)], cell_data=data)
     with atomic_path(path) as temporary:
         if chosen == "msh":
