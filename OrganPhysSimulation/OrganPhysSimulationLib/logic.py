@@ -23,13 +23,15 @@ from organphys.ground.checks import InputError
 from organphys.readers.trajectory_file import read_trajectory
 from organphys.simulation.psm_trajectory import reachable
 from OrganPhysRegistrationLib.dependencies import ensure_packages
+from OrganPhysRegistrationLib.inputs.splat_node import T_shown_scene
 
 from .background import Background
 from .engine.live_simulation import DT, LiveSimulation
 from .engine.readings import Reading
 from .engine.tool_path import ToolPath
-from .inputs.organ_input import load_organ, splat_of_organ
+from .inputs.organ_input import load_organ, organ_of, splat_of_organ
 from .inputs.pins_input import balls_in, holding, pins_of
+from .inputs.suggested_pins import upright, write_pins
 from .inputs.tissue_input import tissue_of, with_gravity
 from .outputs.export import export_recording, export_splat, export_surface
 from .outputs.recorder import Recorder
@@ -68,6 +70,12 @@ class OrganPhysSimulationLogic(ScriptedLoadableModuleLogic):
         """Load an .organphys file as a (hidden) model node that can be simulated."""
         ensure_packages()
         return load_organ(path)
+
+    def suggestPins(self, organNode: Any, splatNode: Any = None, *, pinsNode: Any = None) -> Any:
+        """A point list (``pinsNode``, or a new one) with three pins at the back of the organ, away from the camera."""
+        organ = organ_of(organNode)
+        splat = splat_of_organ(organNode) if splatNode is None else splatNode
+        return write_pins(pinsNode, organ, upright(organ) if splat is None else T_shown_scene(splat))
 
     def startSimulation(
         self,

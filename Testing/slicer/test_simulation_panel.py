@@ -199,3 +199,8 @@ def test_leaving_the_module_rests_and_reload_ends_it(host, simulation, ready):
     assert logic.session is None and not logic.running
     host.show(simulation)
     assert simulation.logic.session is None
+
+
+def test_self_test_of_the_module_passes(simulation):
+    test = simulation.python.OrganPhysSimulationTest()
+    test.runTest()

@@ -10,6 +10,7 @@ import slicer
 from organphys.asset.registered_organ import RegisteredOrgan
 from organphys.ground.checks import Array
 from OrganPhysRegistrationLib.inputs.matrices import apply_matrix
+from OrganPhysRegistrationLib.inputs.splat_scale import UPRIGHT
 
 COUNT = 3
 BACK = 0.25  # of the vertices, the farthest from the endoscope
@@ -28,6 +29,13 @@ def suggested_places(organ: RegisteredOrgan) -> Array:
         chosen.append(int(distance.argmax()))
     places: Array = back[chosen]
     return places
+
+
+def upright(organ: RegisteredOrgan) -> Array:
+    """(4, 4) from scene units to the world where there is no splat: as the simulation's frame stands then."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = UPRIGHT / organ.T_scene_ct.scale
+    return matrix
 
 
 def write_pins(node: Any, organ: RegisteredOrgan, T_world_scene: Array) -> Any:

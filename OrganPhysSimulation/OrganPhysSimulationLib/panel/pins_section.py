@@ -4,18 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import qt
 import slicer
 from slicer.i18n import tr as _
 
-from OrganPhysRegistrationLib.inputs.splat_node import T_shown_scene
-from OrganPhysRegistrationLib.inputs.splat_scale import UPRIGHT
 from OrganPhysRegistrationLib.panel.section import Section, guarded, tell_failure
 
-from ..inputs.organ_input import organ_of
 from ..inputs.pins_input import placed_box, placed_points
-from ..inputs.suggested_pins import write_pins
 
 SETTLED_MS = 500  # after the last move of a pin
 
@@ -75,9 +70,8 @@ class PinsSection(Section):
     def suggest(self) -> None:
         """Three pins at the back of the organ."""
         parameters = self.panel.parameters
-        organ = organ_of(parameters.organ)
-        T_world_scene = upright(organ) if parameters.splat is None else T_shown_scene(parameters.splat)
-        parameters.pins = write_pins(parameters.pins, organ, T_world_scene)
+        pins = self.panel.logic.suggestPins(parameters.organ, parameters.splat, pinsNode=parameters.pins)
+        parameters.pins = pins
 
     def _choice(self) -> tuple[Any, ...]:
         parameters = self.panel.parameters
@@ -131,10 +125,3 @@ def in_hand(node: Any) -> bool:
     preview = slicer.vtkMRMLMarkupsNode.PositionPreview
     states = [node.GetNthControlPointPositionStatus(k) for k in range(node.GetNumberOfControlPoints())]
     return len(states) > 0 and all(state == preview for state in states)
-
-
-def upright(organ: Any) -> Any:
-    """(4, 4) from scene units to the world where there is no splat."""
-    matrix = np.eye(4)
-    matrix[:3, :3] = UPRIGHT / organ.T_scene_ct.scale
-    return matrix
