@@ -150,6 +150,8 @@ def test_beyond_each_limit_the_joint_is_named_and_the_rest_is_told(name):
         assert told == pytest.approx((away, turned), abs=1e-12) and max(1e3 * told[0], told[1]) > 0.5
         if joint.startswith("wrist"):  # the hinge is where it was wanted, the wrist cannot bend so far
             assert told[0] < 1e-9 and told[1] < np.degrees(0.16)
+        else:  # the tool is turned as wanted, the arm cannot go so far
+            assert told[1] < 1e-6 and told[0] > 0.01
 
 
 def test_roll_is_taken_near_to_the_given_one_within_its_range():
