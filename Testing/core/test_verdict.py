@@ -59,8 +59,8 @@ def test_evidence_against_the_fit(change: dict[str, float], level: str, code: st
         ({"min_det_F": 0.2}, CHECK, "squeezed"),
         ({"min_det_F": -0.1}, REFUSE, "squeezed"),
         ({"volume_drift": -15.0}, CHECK, "volume_changed"),
-        ({"error_95_hidden": 20.0}, CHECK, "hidden_side_unsure"),
-        ({"error_95_hidden": 45.0}, REFUSE, "hidden_side_unsure"),
+        ({"error_95_hidden": 15.0}, CHECK, "hidden_side_unsure"),
+        ({"error_95_hidden": 30.0}, REFUSE, "hidden_side_unsure"),
     ],
 )
 def test_shape_against_the_fit(change: dict[str, float], level: str, code: str) -> None:

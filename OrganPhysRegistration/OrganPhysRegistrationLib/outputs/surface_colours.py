@@ -43,7 +43,9 @@ def colour_surfaces(case: CaseNodes, array: str | None = None) -> None:
 
     InputError where the surface has no such figures (a case that was made before they were known).
     """
-    array = coloured_by(case) if array is None else one_of(array, "colours", tuple(COLOURINGS))
+    if array is not None:
+        one_of(array, "colours", tuple(COLOURINGS))
+    asked, array = array, array or coloured_by(case)
     surface = case.get("surface_elastic")
     if surface is None or array not in possible_colours(case):
         if array != DISTANCE:
@@ -60,7 +62,8 @@ def colour_surfaces(case: CaseNodes, array: str | None = None) -> None:
     legend = legend_of(surface)
     if legend is not None:
         legend.SetTitleText(COLOURINGS[array].title)
-    case.node("case").SetAttribute(COLOURED, array)
+    if asked is not None:
+        case.node("case").SetAttribute(COLOURED, asked)
 
 
 def coloured_by(case: CaseNodes) -> str:

@@ -41,7 +41,7 @@ class VerdictLimits:
     seen: tuple[float, float] = (0.12, 0.04)
     last_move: tuple[float, float] = (0.02, 0.2)
     mirrored: tuple[float, float] = (1.12, 0.9)
-    hidden_error: tuple[float, float] = (0.25, 0.6)
+    hidden_error: tuple[float, float] = (0.2, 0.5)
     least_det_f: tuple[float, float] = (0.3, 0.0)
     drift: tuple[float, float] = (12.0, 30.0)
 
