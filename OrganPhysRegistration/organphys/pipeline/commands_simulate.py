@@ -24,7 +24,7 @@ from .output_folder import whole_or_nothing
 from .processor import one_blas_thread
 from .simulated_organ import body_from_options, camera_of
 from .simulation_outputs import STRIP, notices_of, write_simulation
-from .simulation_plan import SimulationPlan, simulation_plan
+from .simulation_plan import SimulationPlan, simulation_plan, step_count
 from .simulation_run import SimulationLog, Step, run_plan
 from .simulation_view import SimulationView
 from .terminal_progress import shown_progress
@@ -57,6 +57,8 @@ def prepared(arguments: argparse.Namespace, progress: Progress) -> tuple[Simulat
     options = SimulationOptions()
     organ = load_asset(arguments.asset)
     trajectory = None if arguments.trajectory is None else read_trajectory(arguments.trajectory)
+    if trajectory is not None:
+        step_count(trajectory, arguments.fps)
     if arguments.gravity is not None:
         down = scene_direction(organ, direction_of(arguments.gravity))
         options = SimulationOptions(gravity=gravity_along(down))

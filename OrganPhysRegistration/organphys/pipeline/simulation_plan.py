@@ -49,20 +49,26 @@ def simulation_plan(
     detail: LocalDetail | None = None,
 ) -> SimulationPlan:
     """The plan for a trajectory of the tip in any frame; poses beyond the joint limits are clamped and told."""
-    if not 1 <= fps <= 1000:
-        raise InputError(f"--fps: expected 1 to 1000 steps per second, got {fps:g}")
+    steps = step_count(trajectory, fps)
     T_sim_scene = Similarity(metres_per_unit(organ), np.eye(3), np.zeros(3))
     tips = trajectory.in_metres(T_sim_scene, T_sim_scene @ organ.T_scene_ct)
-    steps = max(1, round(tips.duration * fps))
-    if steps > MOST_STEPS:
-        raise InputError(
-            f"trajectory: {tips.duration:g} s at {fps:g} steps per second are more than {MOST_STEPS} steps"
-        )
     tips = tips.resampled(tips.times[0] + np.arange(steps + 1) / fps)
     reach = reachable(psm, tips)
     scene = Scene((body,), (psm.tool(),), options)
     notices = (*scene.notices(), *reach.notices(), *_inside(scene, reach.poses[0]))
     return SimulationPlan(organ, scene, psm, reach.poses, 1 / fps, notices, detail)
+
+
+def step_count(trajectory: Trajectory, fps: float) -> int:
+    """Steps that a trajectory takes; InputError for a rate or a number of them that cannot be meant."""
+    if not 1 <= fps <= 1000:
+        raise InputError(f"--fps: expected 1 to 1000 steps per second, got {fps:g}")
+    steps = max(1, round(trajectory.duration * fps))
+    if steps > MOST_STEPS:
+        raise InputError(
+            f"trajectory: {trajectory.duration:g} s at {fps:g} steps per second are more than {MOST_STEPS} steps"
+        )
+    return steps
 
 
 def _inside(scene: Scene, pose: ToolPose) -> tuple[Notice, ...]:
