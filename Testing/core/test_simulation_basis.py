@@ -6,6 +6,7 @@ from scipy.spatial import cKDTree
 from simulation_examples import BOTTOM, SIZE, TISSUE, box_body, box_grid, box_surface
 
 from organphys.ground.checks import InputError
+from organphys.simulation import local_following
 from organphys.simulation.contact_samples import contact_samples
 from organphys.simulation.local_detail import LocalDetail, with_detail
 from organphys.simulation.local_following import detail_state, followed
@@ -128,7 +129,8 @@ def test_local_columns_are_orthonormal_and_come_and_go_without_a_trace():
     assert first.plain is body
 
 
-def test_local_functions_that_move_on_leave_the_shape_as_it_is():
+def test_local_functions_that_move_on_leave_the_shape_as_it_is(monkeypatch):
+    monkeypatch.setattr(local_following, "MOST", 3)
     body, detail = box_body(BOTTOM), LocalDetail()
     first = with_detail(body, np.array([0.05, 0.02, 0.04]), detail)
     size = first.basis.size

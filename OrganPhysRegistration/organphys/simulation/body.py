@@ -92,11 +92,28 @@ class Body:
 
     def sample_phi(self, samples: NDArray[np.int64]) -> Array:
         """Basis (k, n) at the contact samples (k,)."""
-        base = self.sample_basis.rows(samples)
-        if self.basis.local is None:
+        base, local = self.sample_basis.rows(samples), self.basis.local
+        if local is None:
             return base
-        values = self.basis.local.functions.values(self.samples.points[samples])
-        return np.concatenate([base, self.basis.local_values(base, values)], axis=1)
+        return np.concatenate([base, self._local_rows(samples) - base @ local.overlap], axis=1)
+
+    def _local_rows(self, samples: NDArray[np.int64]) -> Array:
+        """Local columns (k, m) at contact samples (k,), without what they take from the others."""
+        near, rows = self._near_local
+        at = np.minimum(np.searchsorted(near, samples), max(len(near) - 1, 0))
+        out = np.zeros((len(samples), rows.shape[1]))
+        if len(near):
+            here = near[at] == samples
+            out[here] = rows[at[here]]
+        return out
+
+    @cached_property
+    def _near_local(self) -> tuple[NDArray[np.int64], Array]:
+        """Contact samples (k,) that the local functions reach, ascending, and their rows (k, m)."""
+        local, points = self.basis.local, self.samples.points
+        assert local is not None
+        near = np.flatnonzero(((points - local.functions.middle) ** 2).sum(1) < local.functions.reach**2)
+        return near, local.functions.values(points[near]) @ local.mixing
 
     @cached_property
     def middle_phi(self) -> Array:
@@ -105,7 +122,12 @@ class Body:
 
     def sample_positions(self, z: Array, samples: NDArray[np.int64]) -> Array:
         """Positions (k, 3), m, of the contact samples (k,) at Z (n, 3)."""
-        return self.samples.points[samples] + self.sample_phi(samples) @ z
+        local, base = self.basis.local, self.sample_basis.rows(samples)
+        if local is None:
+            return self.samples.points[samples] + base @ z
+        n = base.shape[1]
+        moved = base @ (z[:n] - local.overlap @ z[n:]) + self._local_rows(samples) @ z[n:]
+        return self.samples.points[samples] + moved
 
     def centre_of_mass(self, z: Array) -> Array:
         """Centre of mass (3,), m, at Z (n, 3)."""

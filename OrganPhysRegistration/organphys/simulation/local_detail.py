@@ -67,7 +67,7 @@ def kernels_near(body: Body, centre: Array, detail: LocalDetail) -> LocalFunctio
 
 
 def _centres_near(body: Body, centre: Array, detail: LocalDetail) -> Array:
-    """Lattice points (k, 3) in or just beside the tissue within the radius of ``centre``; the nearest 2 ``count``."""
+    """Lattice points (k, 3) in or just beside the tissue within the radius of ``centre``; the nearest 1.5 ``count``."""
     lattice = lattice_near(centre, detail.radius, detail.spacing)
     lattice = lattice[body.shape.surface.signed(lattice) < BESIDE * detail.spacing] if len(lattice) else lattice
     if not len(lattice):
@@ -75,7 +75,7 @@ def _centres_near(body: Body, centre: Array, detail: LocalDetail) -> Array:
         near = [part[within(part, centre, detail.radius)] for part in (surface, points)]
         return np.concatenate(near)[:1]
     order = np.argsort(((lattice - centre) ** 2).sum(1), kind="stable")
-    return lattice[np.sort(order[: 2 * detail.count])]
+    return lattice[np.sort(order[: 3 * detail.count // 2 + 1])]
 
 
 def with_kernels(body: Body, kernels: LocalFunctions) -> Body:

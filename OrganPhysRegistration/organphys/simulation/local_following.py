@@ -15,9 +15,9 @@ from .simulation_basis import LocalColumns
 from .state import BodyState
 
 AT_REST = 5e-5  # m: kernels that carry less are dropped when the contact has gone or moved on
-MOST = 2  # times the count of the detail: so many kernels at most, without those that carry least
+MOST = 1.5  # times the count of the detail: so many kernels at most, without those that carry least
 SAME = 1e-9  # m
-UNSEEN = 1e-4  # m: the contact samples may move so far by a change of functions
+UNSEEN = 2e-4  # m: the contact samples may move so far by a change of functions
 
 
 def followed(body: Body, state: BodyState, detail: LocalDetail) -> tuple[Body, BodyState]:
@@ -92,7 +92,7 @@ def _next_kernels(body: Body, state: BodyState, centre: Array, detail: LocalDeta
     old = local.functions.centres
     carries = np.sqrt(((local.mixing @ state.z[body.basis.mixing.shape[1] :]) ** 2).sum(1))
     extra = (carries > AT_REST) & (cdist(old, fresh.centres) >= SAME).all(1)
-    room = max(MOST * detail.count - len(fresh.centres), 0)
+    room = max(int(MOST * detail.count) - len(fresh.centres), 0)
     chosen = [k for k in np.argsort(-carries, kind="stable") if extra[k]][:room]
     return LocalFunctions(np.concatenate([fresh.centres, old[sorted(chosen)]]), fresh.radius, fresh.middle)
 

@@ -32,7 +32,7 @@ class SimulationOptions:
     stiffness_damping: float = 0.005
     tolerance: float = 1e-3
     newton_steps: int = 15
-    effort: int = 150
+    effort: int = 100
     contact_gap: float = 1e-3
     contact_pressure: float = 1e5
     friction: float = 0.2
