@@ -7,10 +7,6 @@ from typing import Any
 
 import numpy as np
 import slicer
-from OrganPhysSimulationLib.inputs.sample_organ import register_sample_organ
-from OrganPhysSimulationLib.logic import OrganPhysSimulationLogic
-from OrganPhysSimulationLib.panel.build import build_panel
-from OrganPhysSimulationLib.parameters import OrganPhysSimulationParameterNode
 from slicer.i18n import tr as _
 from slicer.i18n import translate
 from slicer.ScriptedLoadableModule import (
@@ -19,6 +15,11 @@ from slicer.ScriptedLoadableModule import (
     ScriptedLoadableModuleWidget,
 )
 from slicer.util import VTKObservationMixin
+
+from OrganPhysSimulationLib.inputs.sample_organ import register_sample_organ
+from OrganPhysSimulationLib.logic import OrganPhysSimulationLogic
+from OrganPhysSimulationLib.panel.build import build_panel
+from OrganPhysSimulationLib.parameters import OrganPhysSimulationParameterNode
 
 __all__ = [
     "OrganPhysSimulation",

@@ -297,6 +297,8 @@ class OrganPhysSimulationLogic(ScriptedLoadableModuleLogic):
     def _needed(self) -> SimulationSession:
         if self.session is None:
             raise InputError("simulation: none is prepared; press Start, or call startSimulation")
+        if self.busy:
+            raise InputError("simulation: its pins are being changed; wait until that is done")
         return self.session
 
     def _gathered(self, organ: Any, splat: Any, **inputs: Any) -> StartInputs:

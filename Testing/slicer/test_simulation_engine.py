@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from OrganPhysSimulationLib.engine.arm import JAW_SPEED, TIP_SPEED, ArmState, moved
-from OrganPhysSimulationLib.engine.covariance_axes import axes_of, turned
-from OrganPhysSimulationLib.engine.surface_motion import SurfaceMotion
-from OrganPhysSimulationLib.views.splat_cloud import SplatCloud
 from scipy.spatial.transform import Rotation
 from simulation_example import example_organ
 
@@ -15,6 +11,10 @@ from organphys.simulation.body import Body
 from organphys.simulation.instruments import INSTRUMENTS
 from organphys.simulation.organ_body import organ_body
 from organphys.simulation.psm import Psm
+from OrganPhysSimulationLib.engine.arm import JAW_SPEED, TIP_SPEED, ArmState, moved
+from OrganPhysSimulationLib.engine.covariance_axes import axes_of, turned
+from OrganPhysSimulationLib.engine.surface_motion import SurfaceMotion
+from OrganPhysSimulationLib.views.splat_cloud import SplatCloud
 
 
 @pytest.fixture(scope="module")

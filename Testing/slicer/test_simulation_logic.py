@@ -11,13 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import slicer
-from OrganPhysSimulationLib.logic import OrganPhysSimulationLogic
+from PIL import Image
 from simulation_example import FINENESS
 
 from organphys.exports.recording_file import load_recording
 from organphys.ground.checks import InputError
 from organphys.readers.gaussian_ply import read_gaussians
+from OrganPhysRegistrationLib.inputs.camera_input import look_from_endoscope
 from OrganPhysRegistrationLib.inputs.splat_node import load_splat
+from OrganPhysSimulationLib.logic import OrganPhysSimulationLogic
 
 
 @pytest.fixture
@@ -62,8 +64,12 @@ def test_grasp_and_lift_carries_surface_and_splat(logic, session, view_png):
     assert most > 2
     assert moved.max() == pytest.approx(most, rel=0.3)
     assert moved[-500:].max() == 0  # the wall behind the organ stays
-    slicer.app.layoutManager().threeDWidget(0).view.window.SetSize(300, 220)
-    view_png("simulation_splat")
+    view = slicer.app.layoutManager().threeDWidget(0)
+    view.view.window.SetSize(300, 220)
+    look_from_endoscope(session.splat, view.mrmlViewNode())
+    picture = np.asarray(Image.open(view_png("simulation_splat", fit=False)).convert("RGB")).astype(int)
+    red = (picture[..., 0] > picture[..., 2] + 60).mean()
+    assert 0.05 < red < 0.6  # the organ's Gaussians are drawn, before those of the wall
 
 
 def test_undo_and_reset_go_back(logic, session):

@@ -41,10 +41,10 @@ class LivePlot:
         low = -top if self._both_ways else 0.0
         bottom, upper = HEIGHT - MARGIN, 16
         zero = bottom - (0 - low) / (top - low) * (bottom - upper)
-        painter.setPen(qt.QPen(qt.QColor(GRID), 1))
+        painter.setPen(_pen(GRID))
         painter.drawLine(LEFT, round(zero), width - MARGIN, round(zero))
         painter.drawLine(LEFT, upper, width - MARGIN, upper)
-        painter.setPen(qt.QColor(TEXT))
+        painter.setPen(_pen(TEXT))
         painter.drawText(LEFT, 11, f"{self._title}, {'±' if self._both_ways else '0–'}{top:g}")
         if len(values) < 2:
             return
@@ -55,8 +55,14 @@ class LivePlot:
                 path.lineTo(x, y)
             else:
                 path.moveTo(x, y)
-        painter.setPen(qt.QPen(qt.QColor(LINE), 1.5))
+        painter.setPen(_pen(LINE, 1.5))
         painter.drawPath(path)
+
+
+def _pen(colour: str, width: float = 1.0) -> Any:
+    pen = qt.QPen(qt.QColor(colour))
+    pen.setWidthF(width)
+    return pen
 
 
 def nice_top(highest: float, least: float) -> float:

@@ -43,7 +43,7 @@ class TissueSection(Section):
             self._session = session
             self._applied = {} if session is None else self._choice()
             self._show_line()
-        elif session is not None:
+        elif session is not None and not self.panel.logic.busy:
             self._apply()
 
     @guarded

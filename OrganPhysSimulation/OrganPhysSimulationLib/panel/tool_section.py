@@ -99,7 +99,7 @@ class ToolSection(Section):
             self._showing = False
         closed = wanted.jaw_deg <= 0
         ui.jawButton.text = _("Open jaws (J)") if closed else _("Close jaws (J)")
-        ui.jawButton.setShortcut(qt.QKeySequence("J"))  # a new text takes it away
+        ui.jawButton.shortcut = qt.QKeySequence("J")  # a new text takes it away
         if limits:
             names = ", ".join(name.replace("_", " ") for name in limits)
             ui.limitLabel.text = _("Beyond the instrument's reach: {names} at its limit.").format(names=names)

@@ -26,7 +26,7 @@ class GaussianActor:
     """Draws a cloud in the renderer of one view until ``remove``."""
 
     def __init__(self, renderer: Any, cloud: SplatCloud) -> None:
-        self._renderer, self._cloud = renderer, cloud
+        self.renderer, self._cloud = renderer, cloud
         self._poly, self._order = vtk.vtkPolyData(), np.arange(len(cloud.positions))
         self._direction = np.zeros(3)
         self._poly.SetVerts(cells(self._order[:, None]))
@@ -39,19 +39,19 @@ class GaussianActor:
 
     def update(self) -> None:
         """The cloud has moved: order it for the camera and draw it in the next rendering."""
-        camera = self._renderer.GetActiveCamera()
+        camera = self.renderer.GetActiveCamera()
         self._direction = np.array(camera.GetDirectionOfProjection())
         self._order = self._cloud.order(self._direction)
         self._fill(self._order)
 
     def camera_moved(self) -> bool:
         """Whether the camera looks from another side than the order is for."""
-        now = np.array(self._renderer.GetActiveCamera().GetDirectionOfProjection())
+        now = np.array(self.renderer.GetActiveCamera().GetDirectionOfProjection())
         return bool(np.linalg.norm(np.cross(now, self._direction)) > MOVED) or float(now @ self._direction) < 0
 
     def remove(self) -> None:
         """Take it out of the view."""
-        self._renderer.RemoveActor(self.actor)
+        self.renderer.RemoveActor(self.actor)
 
     def _fill(self, order: NDArray[np.int64]) -> None:
         cloud, data = self._cloud, self._poly.GetPointData()

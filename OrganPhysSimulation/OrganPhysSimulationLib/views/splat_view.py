@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import slicer
@@ -27,6 +28,7 @@ class SplatView:
         self._last: tuple[SplatBinding, Body, Array] | None = None
         self._actors: list[GaussianActor] = []
         self._tags: list[tuple[Any, int]] = []
+        self._view_tags: list[tuple[Any, int]] = []
         self._visible_before = bool(splat.GetDisplayNode().GetVisibility())
         self._observe(splat, slicer.vtkMRMLTransformableNode.TransformModifiedEvent, self._placed)
         self._shown = False
@@ -41,13 +43,8 @@ class SplatView:
 
     def show(self, shown: bool) -> None:
         """Draw the Gaussians instead of the node's points, or nothing of the splat."""
-        if shown and not self._actors:
-            for renderer in _renderers():
-                actor = GaussianActor(renderer, self._cloud)
-                self._actors.append(actor)
-                self._observe(renderer, vtk.vtkCommand.StartEvent, lambda *_, one=actor: self._reorder(one))
-        for actor in self._actors:
-            actor.actor.SetVisibility(shown)
+        if shown and not self._shown and self._last is not None:
+            self._cloud.follow(*self._last)  # it moved on unseen
         self._shown = shown
         self._splat.GetDisplayNode().SetVisibility(False)
         self._refresh()
@@ -65,21 +62,39 @@ class SplatView:
         """Take everything out of the views; the node's points are shown again as before."""
         for caller, tag in self._tags:
             caller.RemoveObserver(tag)
-        for actor in self._actors:
-            actor.remove()
-        self._tags, self._actors = [], []
+        self._tags = []
+        self._remove_actors()
         display = self._splat.GetDisplayNode()
         if display is not None and self._splat.GetScene() is not None:
             display.SetVisibility(self._visible_before)
         _render()
 
     def _refresh(self) -> None:
-        if self._shown:
-            for actor in self._actors:
+        renderers = _renderers()
+        if self._shown and [actor.renderer for actor in self._actors] != renderers:  # also when the layout changed
+            self._remove_actors()
+            self._add_actors(renderers)
+        for actor in self._actors:
+            actor.actor.SetVisibility(self._shown)
+            if self._shown:
                 actor.update()
         _render()
 
-    def _reorder(self, actor: GaussianActor) -> None:
+    def _add_actors(self, renderers: list[Any]) -> None:
+        for renderer in renderers:
+            actor = GaussianActor(renderer, self._cloud)
+            call = functools.partial(self._reorder, actor)
+            self._actors.append(actor)
+            self._view_tags.append((renderer, renderer.AddObserver(vtk.vtkCommand.StartEvent, call)))
+
+    def _remove_actors(self) -> None:
+        for caller, tag in self._view_tags:
+            caller.RemoveObserver(tag)
+        for actor in self._actors:
+            actor.remove()
+        self._view_tags, self._actors = [], []
+
+    def _reorder(self, actor: GaussianActor, *_event: Any) -> None:
         """Called before a view is drawn."""
         if self._shown and actor.camera_moved():
             actor.update()
