@@ -181,4 +181,5 @@ def test_sub_steps_count_what_moves_near_the_tissue():
     tool, turned = probe(0.0025), ToolPose(np.zeros(3), rotation_about(np.array([1.0, 0, 0]), 0.1))
     tip, shaft = np.array([[0, 0, 0.001]]), np.array([[0, 0.003, -0.09]])
     assert substeps_at(tool, ToolPose(np.zeros(3)), turned, tip) == 1
-    assert substeps_at(tool, ToolPose(np.zeros(3)), turned, shaft) == int(np.ceil(2 * np.hypot(0.09, 0.003) * np.sin(0.05) / 0.003))
+    way = 2 * np.hypot(0.09, 0.003) * np.sin(0.05)
+    assert substeps_at(tool, ToolPose(np.zeros(3)), turned, shaft) == int(np.ceil(way / 0.003))
