@@ -21,7 +21,7 @@ from .psm_kinematics import Links, links
 
 SLACK = 1e-9  # rad, m: beyond a limit by rounding
 BRANCHES = np.array([[1.0, 1.0], [-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0]])  # signs of the normal and of the side
-PER_DEGREE = 1e-3  # m: an error of 1 deg counts as one of 1 mm where a pose is out of reach
+PER_DEGREE = 1e-4  # m: place goes before direction: 10 deg off count as 1 mm off where a pose is out of reach
 
 
 def inverse_joints(
