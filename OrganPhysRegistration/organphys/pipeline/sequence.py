@@ -18,7 +18,8 @@ from ..ground.progress import Progress, no_progress
 from ..points.point_sets import Box, Camera, GaussianCloud, Landmarks, Organ, SceneUnit
 from .case import Case
 from .default_method import DefaultMethod
-from .frame_view import frame_view
+from .frame_view import Near, frame_view
+from .organ_in_scene import organ_in_scene
 from .processor import one_blas_thread
 from .registration import RegisterOptions, Registration
 from .session import RegistrationSession
@@ -113,13 +114,14 @@ class SequenceFollower:
         result = session.state.stages["elastic"].result
         self._state = state_of(result.z, method.camera_pose(result.T_scene_ct))
         self._T_camera_scene = method.view.T_camera_scene
+        self._cluttered = any(notice.code == "organ_found_in_scene" for notice in session.state.case.notices)
         return self._frame(method.view, judged(method.organ, method.view, self._state), time, "first", "")
 
     def _next(self, splat: GaussianCloud, time: float, progress: Progress) -> Frame:
         good = [frame.fit for frame in self.frames if frame.status != "lost"]
         lost, fit, view = "", self.frames[-1].fit, self._method.view
         try:
-            view = frame_view(splat, self.camera, self.box, self.options)
+            view = frame_view(splat, self.camera, self.box, self.options, self._near())
             fit = follow_on(self._method.organ, view, self._seen_by(view), self._base, self.follow)
             lost = is_lost(fit, good, self.follow)
         except InputError as error:
@@ -136,11 +138,20 @@ class SequenceFollower:
         mm_per_unit = 1 / self.frames[-1].T_scene_ct.scale
         unit = SceneUnit(mm_per_unit, self.follow.scale_percent)
         case = Case.of(self.organ, splat, self.options, camera=self.camera, box=self.box, unit=unit)
-        method = DefaultMethod(case)
-        vars(method).update({name: vars(self._method)[name] for name in ("samples", "organ")} | {"view": view})
+        method = DefaultMethod(organ_in_scene(case, progress) if self._cluttered else case)
+        vars(method).update({name: vars(self._method)[name] for name in ("samples", "organ")})
+        if not self._cluttered:
+            vars(method)["view"] = view
         coarse = method.coarse(progress)
         result = method.elastic(coarse, method.rigid(coarse, None, progress), None, progress).result
-        return judged(method.organ, view, state_of(result.z, method.camera_pose(result.T_scene_ct)))
+        return judged(method.organ, method.view, state_of(result.z, method.camera_pose(result.T_scene_ct)))
+
+    def _near(self) -> Near | None:
+        """Where to look for the organ, where the splat shows other tissue as well."""
+        if not self._cluttered:
+            return None
+        pose = self._T_camera_scene.inverse() @ self._state.pose
+        return Near(pose.apply(self._method.organ.points(self._state.z)), pose.scale)
 
     def _seen_by(self, view: SplatView) -> ElasticState:
         """The last state in the camera frame of another view."""

@@ -19,6 +19,7 @@ from ..ground.progress import Cancelled, Progress
 from ..readers.organ_from_mask import organ_from_mask
 from .case_file import load_case
 from .case_outcome import CaseOutcome
+from .follow_request import follow_case
 from .live_request import changes_of, live_part
 from .outcome_files import save_outcome
 from .server_channel import Channel, Request
@@ -37,7 +38,7 @@ class Requests:
         self.channel, self.folder = channel, folder
         self._session: RegistrationSession | None = None
         self._last: CaseOutcome | None = None
-        self._outcomes, self._surfaces = 0, 0
+        self._outcomes, self._surfaces, self._follows = 0, 0, 0
         self._do: dict[str, Callable[[Request, Progress], dict[str, Any]]] = {
             "load": self._load,
             "coarse": self._stage,
@@ -46,6 +47,7 @@ class Requests:
             "prepare": self._prepare,
             "update": self._update,
             "settle": self._settle,
+            "follow": self._follow,
             "grids": self._grids,
             "report": self._report,
         }
@@ -88,6 +90,13 @@ class Requests:
 
     def _settle(self, request: Request, progress: Progress) -> dict[str, Any]:
         return self._handed_out(self._loaded().settled(progress))
+
+    def _follow(self, request: Request, progress: Progress) -> dict[str, Any]:
+        self._follows += 1
+        name = f"sequence_{self._follows}"
+        follow_case(self._loaded(), request.fields, self.folder / name, progress)
+        shutil.rmtree(self.folder / f"sequence_{self._follows - 1}", ignore_errors=True)
+        return {"sequence": name}
 
     def _grids(self, request: Request, progress: Progress) -> dict[str, Any]:
         organ = self._loaded().registration.organ

@@ -53,7 +53,7 @@ class RegistrationSession:
         progress: Progress = no_progress,
     ) -> None:
         """Arguments as of ``register``; InputError tells what is wrong with the input."""
-        self._began = perf_counter()
+        self._began, self.box = perf_counter(), box
         case = Case.of(
             organ, splat, options, landmarks=landmarks, camera=camera, box=box, unit=unit, provenance=provenance,
             progress=progress,

@@ -9,6 +9,8 @@ Large arrays travel as files in DIR. Requests and their replies, each with the r
   {"id": 6, "do": "update", "landmarks": L, "names": N, "stiffness": S}   registers again with what is named changed:
                      L (l, 3) RAS mm or null, S a preset or a number; the outcome is the elastic stage's surface alone
   {"id": 7, "do": "settle"}                                the whole outcome after "update"
+  {"id": 8, "do": "follow", "splats": S, "fps": F}         follows the loaded case's organ through a sequence of splats;
+                     done names a folder ("sequence", see follow_request.py)
   {"id": 3, "do": "grids"}                                 the elastic outcome with its displacement grids
   {"id": 4, "do": "report", "folder": PATH}                the files of ``write_outputs``
   {"do": "cancel"}                                         ends the requests sent before it
