@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .asset.asset_file import load_asset, save_asset
     from .asset.registered_organ import RegisteredOrgan
     from .exports.gaussian_ply import write_gaussians
+    from .exports.recording_file import load_recording, save_recording
     from .ground.checks import InputError
     from .ground.frames import Similarity
     from .ground.progress import Cancelled
@@ -66,6 +67,7 @@ _HOME = {
     "gravity_along": "simulation.options",
     "gripper": "simulation.tools",
     "load_asset": "asset.asset_file",
+    "load_recording": "exports.recording_file",
     "metres_per_unit": "simulation.organ_body",
     "moved_splat": "simulation.moved_splat",
     "organ_body": "simulation.organ_body",
@@ -79,6 +81,7 @@ _HOME = {
     "register": "pipeline.register",
     "replay": "simulation.session",
     "save_asset": "asset.asset_file",
+    "save_recording": "exports.recording_file",
     "scene_direction": "simulation.organ_body",
     "write_gaussians": "exports.gaussian_ply",
     "write_outputs": "pipeline.write_outputs",
@@ -111,6 +114,7 @@ __all__ = [
     "gravity_along",
     "gripper",
     "load_asset",
+    "load_recording",
     "metres_per_unit",
     "moved_splat",
     "organ_body",
@@ -124,6 +128,7 @@ __all__ = [
     "register",
     "replay",
     "save_asset",
+    "save_recording",
     "scene_direction",
     "write_gaussians",
     "write_outputs",

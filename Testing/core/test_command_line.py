@@ -297,7 +297,7 @@ def test_units() -> None:
 
 
 def test_every_option_is_documented(capsys: pytest.CaptureFixture[str]) -> None:
-    for command in ("register", "map", "info", "demo"):
+    for command in ("register", "map", "info", "simulate", "export", "demo"):
         with pytest.raises(SystemExit) as leave:
             main([command, "--help"])
         assert leave.value.code == 0

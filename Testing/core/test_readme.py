@@ -21,9 +21,9 @@ def fenced(language: str) -> list[str]:
     return [block for block in blocks if "slicer" not in block.lower()]
 
 
-def test_python_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_python_examples_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     blocks = fenced("python")
-    assert len(blocks) == 1
+    assert len(blocks) == 2
     write_sample_case(tmp_path, seed=0, size="small")
     monkeypatch.chdir(tmp_path)
     names: dict = {}
@@ -31,6 +31,8 @@ def test_python_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert {"organ.organphys", "registration.json", "surface.vtp", "report.html"} <= {
         p.name for p in tmp_path.iterdir()
     }
+    exec(compile(blocks[1], "README.md", "exec"), {})  # goes on from the files of the first
+    assert {"probe.npz", "moved.ply"} <= {p.name for p in tmp_path.iterdir()}
     back = np.linalg.norm(names["ct"] - names["organ"].vertices, axis=1)
     assert np.nanmax(back) < 0.1
     assert np.isfinite(back).mean() > 0.99
