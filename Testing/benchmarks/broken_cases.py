@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 from case_inputs import CaseInputs
+from scipy.spatial import cKDTree
 from stress import _opaque, _with_splat
 
 from organphys.points.point_sets import Landmarks
@@ -16,11 +17,12 @@ FLIP = np.array([-1.0, 1.0, 1.0])
 
 
 def landmarks_on_the_wrong_side(case: CaseInputs, rng: np.random.Generator) -> CaseInputs:
-    """Each landmark goes to the opposite side of the organ, through its middle, onto the surface."""
-    vertices = case.organ.vertices
-    opposite = 2 * vertices.mean(0) - case.landmarks.positions
-    nearest = np.linalg.norm(vertices[None] - opposite[:, None], axis=2).argmin(1)
-    return replace(case, landmarks=Landmarks(vertices[nearest]))
+    """As many landmarks as there are, among the fifth of the hidden surface that lies farthest from all seen places."""
+    truth, count = case.truth, len(case.landmarks.positions)
+    seen, hidden = (truth.points_ct[truth.region == region] for region in (0, 1))
+    away = cKDTree(seen).query(hidden)[0]
+    far = hidden[away >= np.quantile(away, 0.8)]
+    return replace(case, landmarks=Landmarks(far[rng.choice(len(far), count, replace=False)]))
 
 
 def mirrored_splat(case: CaseInputs, rng: np.random.Generator) -> CaseInputs:
