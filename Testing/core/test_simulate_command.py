@@ -18,10 +18,11 @@ from organphys.pipeline import simulation_run
 from organphys.pipeline.command_line import main
 from organphys.readers.gaussian_ply import read_gaussians
 from organphys.readers.pins_file import read_pins
+from organphys.readers.trajectory_file import read_trajectory
 from organphys.simulation.session import replay
 
 SMALL = ("--handles", "6", "--quadrature", "150", "--fps", "10")
-BASE = {"recording.npz", "states.npz", "forces.csv", "summary.json", "strip.png"}
+BASE = {"recording.npz", "states.npz", "forces.csv", "trajectory.csv", "summary.json", "strip.png"}
 
 
 @pytest.fixture(scope="module")
@@ -85,6 +86,14 @@ def test_all_files_are_there_and_agree(folder: Path, result: Path) -> None:
     assert summary["pins"][0]["radius_m"] == pytest.approx(0.015) and len(summary["pins"]) == 2
     assert states["volume_ml"][0] == pytest.approx(summary["volume_ml"]["start"])
     assert all(len(states[name]) == 21 for name in ("time_s", "z_m", "tool_position_m", "jaw_deg", "torque_nm"))
+
+
+def test_the_written_trajectory_is_the_path_as_driven(result: Path) -> None:
+    trajectory = read_trajectory(result / "trajectory.csv")
+    with np.load(result / "states.npz") as states:
+        hinges = trajectory.positions - 0.0102 * trajectory.rotations[:, :, 2]  # the large needle driver's jaws
+        assert np.allclose(hinges, states["tool_position_m"], atol=1e-9)
+        assert np.allclose(trajectory.jaw_deg, states["jaw_deg"]) and (trajectory.frame, len(trajectory)) == ("m", 21)
 
 
 def test_the_recording_replays_to_the_written_states(result: Path) -> None:

@@ -12,7 +12,7 @@ from organphys.ground.frames import Similarity
 from organphys.points.trajectory import Trajectory, rotation_along
 from organphys.readers.trajectory_file import read_trajectory
 from organphys.simulation.psm import INSTRUMENTS, Psm
-from organphys.simulation.psm_trajectory import reachable, tool_poses
+from organphys.simulation.psm_trajectory import reachable, tip_trajectory, tool_poses
 
 COUNT = 6
 TURN = Rotation.random(random_state=5).as_matrix()
@@ -202,6 +202,8 @@ def test_an_arm_follows_a_trajectory_with_the_tip():
         assert pose.shaft_rotation is not None and pose.jaw_deg == 30.0
     plain = tool_poses(trajectory, 0.0102)
     assert np.allclose([p.position for p in plain], [p.position for p in reach.poses])
+    again = tip_trajectory(trajectory.times, reach.poses, 0.0102)
+    assert np.allclose(again.positions, trajectory.positions, atol=1e-12) and again.frame == "m"
     with pytest.raises(InputError, match="in_metres"):
         reachable(psm, example("scene"))
 

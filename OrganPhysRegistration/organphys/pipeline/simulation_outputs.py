@@ -13,16 +13,19 @@ from ..exports.animation import write_animation
 from ..exports.picture_sheet import write_picture_sheet
 from ..exports.recording_file import save_recording
 from ..exports.simulation_tables import write_forces, write_states
+from ..exports.trajectory_file import write_trajectory
 from ..ground.atomic_file import write_text
 from ..ground.notices import Notice
 from ..ground.plain_json import dump
 from ..simulation.organ_body import metres_per_unit
+from ..simulation.psm_trajectory import tip_trajectory
 from ..simulation.session import Recording
 from .simulation_plan import SimulationPlan
 from .simulation_run import SimulationLog
 from .simulation_view import SimulationView
 
 RECORDING, STATES, FORCES, SUMMARY, STRIP = "recording.npz", "states.npz", "forces.csv", "summary.json", "strip.png"
+TRAJECTORY = "trajectory.csv"  # as the instrument went, to edit and drive it by
 
 
 def write_simulation(
@@ -49,6 +52,8 @@ def write_simulation(
     }
     write_forces(folder / FORCES, {**forces, "jaw_deg": [pose.jaw_deg for pose in log.poses], **more})
     write_states(folder / STATES, body, metres_per_unit(plan.organ), {**forces, "z_m": log.z}, log.poses)
+    jaw_length = plan.psm.instrument.jaw_length
+    write_trajectory(folder / TRAJECTORY, tip_trajectory(log.time_s, log.poses, jaw_length))
     save_recording(folder / RECORDING, recording)
     write_picture_sheet(folder / STRIP, view.rows)
     if video is not None:

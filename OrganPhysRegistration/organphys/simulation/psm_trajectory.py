@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,13 @@ def tool_poses(trajectory: Trajectory, tip_length: float) -> tuple[ToolPose, ...
     rotations, hinges = _hinges(trajectory, tip_length)
     rows = zip(hinges, rotations, trajectory.jaw_deg, strict=True)
     return tuple(ToolPose(position, rotation, float(jaw)) for position, rotation, jaw in rows)
+
+
+def tip_trajectory(times: ArrayLike, poses: Sequence[ToolPose], tip_length: float) -> Trajectory:
+    """The other way round: times (T,) s and poses of the tool as a trajectory of its tip, in metres."""
+    rotations = np.stack([pose.rotation for pose in poses])
+    tips = np.stack([pose.position for pose in poses]) + tip_length * rotations[:, :, 2]
+    return Trajectory(np.asarray(times), tips, rotations, np.array([pose.jaw_deg for pose in poses]), "m", "m")
 
 
 @dataclass(frozen=True)
