@@ -23,7 +23,7 @@ STEPS_MM = (1.0, 2.0, 4.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0, 50.0)
 
 @dataclass(frozen=True)
 class Colouring:
-    """Title of the legend, and its lower and upper end where they are fixed (else 0 to the 95th percentile in mm)."""
+    """Title of the legend, and its lower and upper end where they are fixed (else 0 to the largest value, mm)."""
 
     title: str
     ends: tuple[float, float] | None = None
@@ -80,10 +80,10 @@ def possible_colours(case: CaseNodes) -> list[str]:
 
 
 def upper_end(values_mm: Any) -> float:
-    """Upper end of the colours for values (N,) in mm: 95 % of them, rounded up to a plain number."""
+    """Upper end of the colours for values (N,) in mm: the largest, rounded up to a plain number (beyond is grey)."""
     finite = np.asarray(values_mm, dtype=np.float64)
     finite = finite[np.isfinite(finite)]
-    reached = float(np.percentile(finite, 95)) if len(finite) else STEPS_MM[0]
+    reached = float(finite.max()) if len(finite) else STEPS_MM[0]
     return next((step for step in STEPS_MM if step >= reached), float(np.ceil(reached)))
 
 
