@@ -31,12 +31,14 @@ from .method_memory import LevelEnd, MethodMemory, pose_key
 from .scale_checks import NEARLY_EXACT, plausible_scales, scale_prior, unit_notices, unit_scale
 from .stages import ElasticStage, OnSurface
 
+QUICK_STEPS = 6
+
 
 class DefaultMethod:
     """The stages for one case; what several of them need is made once, when it is first needed.
 
     ``quick``: an elastic stage from a pose that it has not begun with before goes on from that pose's short fit, with
-    the last two levels alone.
+    a few steps of the last two levels alone.
     """
 
     def __init__(self, case: Case, memory: MethodMemory | None = None, *, quick: bool = False) -> None:
@@ -136,6 +138,7 @@ class DefaultMethod:
         short = self.memory.short_fits.get(pose_key(pose)) if self.quick and not done else None
         if short is not None:
             done, end = max(len(options.levels) - 2, 0), LevelEnd(short, (), 0.0)
+            options = replace(options, levels=tuple(replace(one, steps=QUICK_STEPS) for one in options.levels))
         recorder.resume(done, end)
         if end is not None and done == len(options.levels):
             recorder.progress("elastic", 1.0)

@@ -24,7 +24,7 @@ QUICK = SplatSurfaceOptions(
     normal_neighbours=16,
     samples=2000,
 )
-"""A quarter of the time of the full view. Followed on with it, liver and spleen of the dev cases change by about as much
+"""A quarter of the time of the full view. Followed on, liver and spleen of the dev cases change by about as much
 as with another random subset of the same splat."""
 REACH = 0.35  # of the organ's rms radius: how far from where it was the organ is looked for in a cluttered scene
 

@@ -75,12 +75,18 @@ class OuterLoop:
         return found
 
     def update(
-        self, method: DefaultMethod, stages: Mapping[str, Any], progress: Progress, on_surface: OnSurface | None
+        self,
+        method: DefaultMethod,
+        stages: Mapping[str, Any],
+        progress: Progress,
+        on_surface: OnSurface | None,
+        *,
+        landmarks_moved: bool,
     ) -> dict[str, Any]:
         """The stages of the changed case, whose ``method`` comes from ``taken_over``, from those before the change."""
         coarse, rigid, elastic = stages["coarse"], stages["rigid"], stages["elastic"]
         start: Similarity | None = elastic.start
-        if self.pool is not None and not rigid.by_hand and start is None:
+        if landmarks_moved and self.pool is not None and not rigid.by_hand and start is None:
             coarse = coarse_of(self.pool.starts(method.landmarks, method.view), coarse, method.samples, method.view)
             rigid = method.rigid(coarse, None, progress)
         return {

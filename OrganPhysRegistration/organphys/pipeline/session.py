@@ -115,8 +115,9 @@ class RegistrationSession:
         if isinstance(method, DefaultMethod) and "elastic" in stages and unit is UNCHANGED:
             loop = loop if loop.pool is not None else loop.known(method, stages["coarse"])
             quick = taken_over(method, case, quick=True)
-            stages = loop.update(quick, stages, progress, show)
-            self._take(case, quick, replace(loop, exact=loop.exact and landmarks is UNCHANGED), stages)
+            moved = landmarks is not UNCHANGED
+            stages = loop.update(quick, stages, progress, show, landmarks_moved=moved)
+            self._take(case, quick, replace(loop, exact=loop.exact and not moved), stages)
         else:
             afresh = self._afresh(case)
             self._take(case, afresh, OuterLoop(), self._all_stages(afresh, progress, show))

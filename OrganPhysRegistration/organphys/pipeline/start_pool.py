@@ -15,6 +15,7 @@ from ..ground.checks import Array
 from ..points.surface_samples import SurfaceSamples
 from .default_stages import DefaultCoarse
 
+SAME = {"angle_deg": 8.0, "log_scale": 0.08}  # as ``Starts.modes`` tells modes apart
 TURNED_AWAY = -0.1  # cosine of a landmark's normal to the camera: the search tries no such view
 
 
@@ -28,13 +29,19 @@ class StartPool:
 
     @classmethod
     def of(cls, starts: Starts, landmarks: LandmarkPrior, view: SplatView) -> StartPool:
-        """Of a search that knew ``landmarks``."""
-        return cls(starts.poses, starts.scores - landmarks.cost(starts.poses, view), starts.candidates)
+        """Of a search that knew ``landmarks``: its best pose of every mode, so that the same one stands for a mode
+        wherever the landmarks go."""
+        kept = starts.poses.distinct(starts.scores, most=len(starts.scores), **SAME)
+        poses = starts.poses[kept]
+        return cls(poses, starts.scores[kept] - landmarks.cost(poses, view), starts.candidates)
 
     def joined(self, other: StartPool) -> StartPool:
-        """Both pools' poses."""
-        scores = np.concatenate([self.scores, other.scores])
-        return StartPool(Poses.join([self.poses, other.poses]), scores, self.candidates + other.candidates)
+        """With the modes of ``other`` that are not known yet."""
+        poses, count = Poses.join([self.poses, other.poses]), len(self.scores)
+        kept = poses.distinct(np.arange(len(poses), dtype=float), most=len(poses), **SAME)  # the first of each stays
+        kept = np.concatenate([np.arange(count), kept[kept >= count]])
+        scores = np.concatenate([self.scores, other.scores])[kept]
+        return StartPool(poses[kept], scores, self.candidates + other.candidates)
 
     def starts(self, landmarks: LandmarkPrior, view: SplatView) -> Starts:
         """Best first for other ``landmarks``; poses in which one of them faces away are left out, as in the search."""
