@@ -83,6 +83,7 @@ def test_all_files_are_there_and_agree(folder: Path, result: Path) -> None:
     summary = json.loads((result / "summary.json").read_text())
     assert summary["steps"] == 20 and summary["min_det_f"] > 0 and summary["deepest_mm"] < 0.3
     assert summary["largest_force_n"] == pytest.approx(np.linalg.norm(states["force_n"], axis=1).max())
+    assert [warning["code"] for warning in summary["warnings"]] == ["generic_tissue"]  # "ellipsoid" names no organ
     assert summary["pins"][0]["radius_m"] == pytest.approx(0.015) and len(summary["pins"]) == 2
     assert states["volume_ml"][0] == pytest.approx(summary["volume_ml"]["start"])
     assert all(len(states[name]) == 21 for name in ("time_s", "z_m", "tool_position_m", "jaw_deg", "torque_nm"))
@@ -115,6 +116,11 @@ def test_splat_frames_and_exported_moments_are_the_same(folder: Path, result: Pa
     more = ["--format", "splat", "--splat", folder / "splat.ply", "--out", out]
     assert main([str(word) for word in [*export, *more, "--at", "2"]]) == 0
     assert out.read_bytes() == (result / "splat" / "splat_00020.ply").read_bytes()
+    more = ["--format", "splat", "--splat", folder / "splat.ply", "--out", tmp_path / "all", "--at", "all"]
+    assert main([str(word) for word in [*export, *more]]) == 0
+    names = sorted(path.name for path in (tmp_path / "all").iterdir())
+    assert names == [f"splat_{k:05d}.ply" for k in range(21)]
+    assert (tmp_path / "all" / names[-1]).read_bytes() == out.read_bytes()
     surface = tmp_path / "moment.vtp"
     assert (
         main([str(word) for word in [*export, "--format", "vtp", "--frame", "m", "--out", surface, "--at", "0"]]) == 0

@@ -10,6 +10,7 @@ from ..asset.registered_organ import RegisteredOrgan
 from ..ground.checks import Array, InputError
 from ..ground.frames import Similarity
 from ..ground.notices import Notice
+from ..mechanics.tissue import GENERIC
 from ..points.trajectory import Trajectory
 from ..simulation.body import Body
 from ..simulation.local_detail import LocalDetail
@@ -55,7 +56,7 @@ def simulation_plan(
     tips = tips.resampled(tips.times[0] + np.arange(steps + 1) / fps)
     reach = reachable(psm, tips)
     scene = Scene((body,), (psm.tool(),), options)
-    notices = (*scene.notices(), *reach.notices(), *_inside(scene, reach.poses[0]))
+    notices = (*_tissue(body), *scene.notices(), *reach.notices(), *_inside(scene, reach.poses[0]))
     return SimulationPlan(organ, scene, psm, reach.poses, 1 / fps, notices, detail)
 
 
@@ -69,6 +70,13 @@ def step_count(trajectory: Trajectory, fps: float) -> int:
             f"trajectory: {trajectory.duration:g} s at {fps:g} steps per second are more than {MOST_STEPS} steps"
         )
     return steps
+
+
+def _tissue(body: Body) -> tuple[Notice, ...]:
+    if body.tissue != GENERIC:
+        return ()
+    text = f"{body.name} is simulated as generic soft tissue ({GENERIC.youngs_pa:g} Pa); --tissue names an organ's own"
+    return (Notice("generic_tissue", text),)
 
 
 def _inside(scene: Scene, pose: ToolPose) -> tuple[Notice, ...]:
