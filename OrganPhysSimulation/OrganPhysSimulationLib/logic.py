@@ -29,12 +29,11 @@ from .background import Background
 from .engine.live_simulation import DT, LiveSimulation
 from .engine.readings import Reading
 from .engine.tool_path import ToolPath
-from .inputs.organ_input import load_organ, organ_of, splat_of_organ
+from .inputs.organ_input import case_of_organ, load_organ, organ_of, splat_of_organ
 from .inputs.pins_input import balls_in, holding, pins_of
 from .inputs.suggested_pins import upright, write_pins
 from .inputs.tissue_input import tissue_of, with_gravity
 from .outputs.export import export_recording, export_splat, export_surface
-from .outputs.recorder import Recorder
 from .roles import remove_all
 from .runs import StartInputs, gathered
 from .scene_guard import SceneGuard
@@ -270,8 +269,7 @@ class OrganPhysSimulationLogic(ScriptedLoadableModuleLogic):
         """Record every shown frame into sequence nodes."""
         session = self._needed()
         if session.recorder is None:
-            session.recorder = Recorder(session.live.prepared.organ.name)
-            session.publish()
+            session.start_recording()
 
     def stopRecording(self) -> Any:
         """The sequence browser of the recording, None if nothing was recorded."""
@@ -314,7 +312,7 @@ class OrganPhysSimulationLogic(ScriptedLoadableModuleLogic):
         splat = splat_of_organ(organ) if splat is None else splat
         if self._guard is not None:
             self._guard.remove()
-        self.session = SimulationSession(live, splat)
+        self.session = SimulationSession(live, splat, case_of_organ(organ))
         self._guard = SceneGuard([organ, splat], on_left=self._left, on_closing=self._scene_closing)
         return self.session
 

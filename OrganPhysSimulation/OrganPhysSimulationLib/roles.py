@@ -53,6 +53,6 @@ def remove_all() -> None:
     from OrganPhysRegistrationLib.outputs.node_factory import remove
 
     for role in OF_A_RUN:
-        node = find(role)
-        if node is not None:
+        kind = slicer.util.getNodesByClass(KINDS[role][0])
+        for node in [node for node in kind if node.GetAttribute(ROLE) == role]:
             remove(slicer.mrmlScene, node)

@@ -19,13 +19,14 @@ from .outputs.recorder import Recorder
 from .outputs.surface_node import SurfaceNode, state_of
 from .outputs.tool_nodes import ToolNodes
 from .roles import remove_all
+from .views.hidden_results import HiddenResults
 from .views.splat_view import SplatView
 
 
 class SimulationSession:
-    """``live``: the simulation; ``splat``: its node or None. MRML is touched in ``publish`` and the edits only."""
+    """``live``: the simulation; ``splat``: its node or None; ``case``: that of the registration or None."""
 
-    def __init__(self, live: LiveSimulation, splat: Any) -> None:
+    def __init__(self, live: LiveSimulation, splat: Any, case: Any = None) -> None:
         self.live, self.splat = live, splat
         self.path: ToolPath | None = None
         self.recorder: Recorder | None = None
@@ -33,7 +34,7 @@ class SimulationSession:
         self.surface = SurfaceNode(self.frame, live.followers.surface)
         self.tool = ToolNodes(self.frame, live.psm)
         self.splat_view = None if splat is None else SplatView(splat)
-        self._pins_shown = True
+        self._results = HiddenResults(case)
         self.publish()
         self.show_pins(True)
 
@@ -80,6 +81,12 @@ class SimulationSession:
         self.live.reset()
         self._jumped()
 
+    def start_recording(self) -> None:
+        """Record every shown frame from now on."""
+        nodes = {"surface": self.surface.node, "instrument": self.tool.model, "tool": self.tool.handle}
+        self.recorder = Recorder(self.live.prepared.organ.name, nodes)
+        self.publish()
+
     # what is shown
 
     def colour_by(self, colouring: Colouring) -> None:
@@ -97,7 +104,6 @@ class SimulationSession:
             self.splat_view.show(shown)
 
     def show_pins(self, shown: bool) -> None:
-        self._pins_shown = shown
         write_pin_balls(self.frame, self.pins, shown=shown)
 
     def show_recorded(self) -> None:
@@ -128,6 +134,7 @@ class SimulationSession:
         if self.splat_view is not None:
             self.splat_view.remove()
             self.splat_view = None
+        self._results.restore()
         remove_all()
 
     def _aim(self) -> None:

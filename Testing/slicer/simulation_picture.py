@@ -19,18 +19,21 @@ import host as slicer_host
 MODULE = readme_pictures.ROOT / "OrganPhysSimulation" / "OrganPhysSimulation.py"
 TIMEOUT = 600  # seconds
 SIZE = (620, 500)
-LIFT_MM = 35.0
+LIFT_MM = 18.0
 
 
 def prepared(host, module) -> None:
     """Press Sample data and Start."""
-    ui, logic, parameters = module.ui, module.logic, module.widget.panel.parameters
-    for button, done in ((ui.sampleDataButton, lambda: parameters.organ), (ui.startButton, lambda: logic.running)):
-        began = time.perf_counter()
+    ui, logic = module.ui, module.logic
+    for button, done in (
+        (ui.sampleDataButton, lambda: ui.startButton.enabled),
+        (ui.startButton, lambda: logic.running),
+    ):
+        began, name = time.perf_counter(), button.text
         with host.latency_meter() as meter:
             button.click()
             host.wait_until(done, TIMEOUT)
-        report(button.text, began, meter)
+        report(name, began, meter)
 
 
 def grasp_and_lift(host, module) -> None:
@@ -41,7 +44,7 @@ def grasp_and_lift(host, module) -> None:
     began = time.perf_counter()
     with host.latency_meter() as meter:
         ui.jawSlider.value = 50
-        ui.insertionSlider.value = 1e3 * live.joints_at_contact(depth=0.008)[2]
+        ui.insertionSlider.value = 1e3 * live.joints_at_contact(depth=0.010)[2]
         host.wait_until(lambda: reached(live), TIMEOUT)
         ui.jawButton.click()
         host.wait_until(lambda: reached(live), TIMEOUT)

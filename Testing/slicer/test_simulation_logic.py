@@ -20,6 +20,8 @@ from organphys.readers.gaussian_ply import read_gaussians
 from OrganPhysRegistrationLib.inputs.camera_input import look_from_endoscope
 from OrganPhysRegistrationLib.inputs.splat_node import load_splat
 from OrganPhysSimulationLib.logic import OrganPhysSimulationLogic
+from OrganPhysSimulationLib.outputs.recorder import frame_count, recordings, show_frame
+from OrganPhysSimulationLib.roles import ROLE, find
 
 
 @pytest.fixture
@@ -182,8 +184,6 @@ def test_trajectory_is_followed_and_its_limits_are_told(logic, session, tmp_path
 
 
 def test_recording_plays_back_with_the_splat(logic, session):
-    from OrganPhysSimulationLib.outputs.recorder import frame_count, recordings, show_frame
-
     logic.startRecording()
     logic.setJoints(session.live.joints_at_contact(), jawDeg=30)
     for _ in range(12):
@@ -284,3 +284,24 @@ def test_console_example_of_the_readme_runs(logic, simulation, simulation_files,
     assert (tmp_path / "pushed.stl").stat().st_size > 10_000
     assert re.search(r"[\d.]+ N, volume [+-][\d.]+ %", capsys.readouterr().out)
     assert names["reading"].contacts > 0
+
+
+def test_a_saved_scene_comes_back_and_can_be_simulated_again(logic, nodes, session, tmp_path):
+    logic.setJoints(session.live.joints_at_contact(), jawDeg=30)
+    logic.startRecording()
+    logic.step(20)
+    logic.stopRecording()
+    shown = slicer.util.arrayFromModelPoints(session.surface.node).copy()
+    assert slicer.util.saveScene(str(tmp_path / "scene.mrb"))
+    slicer.mrmlScene.Clear(0)
+    assert logic.session is None
+    slicer.util.loadScene(str(tmp_path / "scene.mrb"))
+    surface = find("surface")
+    assert np.abs(slicer.util.arrayFromModelPoints(surface) - shown).max() < 1e-3  # mm
+    assert len(recordings()) == 1
+    organ, splat = (slicer.util.getNode(name) for name in ("liver", "splat"))
+    again = logic.startSimulation(organ, splat)
+    logic.startRecording()
+    logic.step(2)
+    assert frame_count(logic.stopRecording()) == 2
+    assert again.surface.node.GetAttribute(ROLE) == "surface"

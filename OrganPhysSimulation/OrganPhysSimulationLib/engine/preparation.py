@@ -29,7 +29,12 @@ class Followers:
     def of(cls, body: Body, gaussians: Gaussians | None, unit: float) -> Followers:
         """``unit``: metres per scene unit."""
         binding = None if gaussians is None else bind_splat(body, gaussians, unit)
-        return cls(SurfaceMotion.of(body), binding)
+        surface, z = SurfaceMotion.of(body), np.zeros((body.basis.size, 3))
+        for first_time in (surface.normals, surface.stretch):  # their tables are made here, not in the first frame
+            first_time(surface.rest + surface.displacement(body, z))
+        if binding is not None:
+            binding.frame(body, z)
+        return cls(surface, binding)
 
 
 @dataclass(frozen=True)

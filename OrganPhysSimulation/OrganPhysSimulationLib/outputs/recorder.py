@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import slicer
 
-from ..roles import find
-
-RECORDED = ("surface", "instrument", "tool")
 RECORDING = "OrganPhys.SimulationRecording"
 
 
 class Recorder:
-    """Adds a frame to three sequence nodes with every ``add``; ``finish`` gives the browser that plays them."""
+    """Adds a frame of every node (by its role) to a sequence with each ``add``; ``finish`` gives the browser of them.
 
-    def __init__(self, name: str) -> None:
+    Slicer's sequences make nodes of their own from the recorded ones, so nodes are not looked up by role here.
+    """
+
+    def __init__(self, name: str, nodes: Mapping[str, Any]) -> None:
         scene = slicer.mrmlScene
-        self._sequences = {}
-        for role in RECORDED:
-            sequence = scene.AddNewNodeByClass("vtkMRMLSequenceNode", f"{name} {find(role).GetName()}")
+        self._nodes, self._sequences = dict(nodes), {}
+        for role, node in nodes.items():
+            sequence = scene.AddNewNodeByClass("vtkMRMLSequenceNode", f"{name} {node.GetName()}")
             sequence.SetIndexName("time")
             sequence.SetIndexUnit("s")
             sequence.SetIndexTypeFromString("numeric")
@@ -30,8 +31,8 @@ class Recorder:
     def add(self, time_s: float) -> None:
         """The nodes as they are now, at ``time_s``."""
         for role, sequence in self._sequences.items():
-            node = find(role)
-            if node is not None:
+            node = self._nodes[role]
+            if node.GetScene() is not None:
                 sequence.SetDataNodeAtValue(node, f"{time_s:.4f}")
 
     @property
@@ -49,7 +50,8 @@ class Recorder:
         browser.SetAttribute(RECORDING, "browser")
         for role, sequence in self._sequences.items():
             browser.AddSynchronizedSequenceNode(sequence)
-            browser.AddProxyNode(find(role), sequence, False)
+            if self._nodes[role].GetScene() is not None:
+                browser.AddProxyNode(self._nodes[role], sequence, False)
             browser.SetSaveChanges(sequence, False)
         browser.SetPlaybackRateFps(30)
         return browser
