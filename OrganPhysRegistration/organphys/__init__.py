@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .points.gaussians import Gaussians
     from .points.point_sets import Box, Camera, GaussianCloud, Landmarks, Organ, SceneUnit
     from .readers.gaussian_ply import read_gaussians, read_splat
+    from .readers.landmark_pairs import read_landmark_pairs
     from .readers.landmarks_file import read_landmarks
     from .readers.organ_from_mask import organ_from_mask
     from .readers.roi_file import read_box
@@ -75,6 +76,7 @@ _HOME = {
     "probe": "simulation.tools",
     "read_box": "readers.roi_file",
     "read_gaussians": "readers.gaussian_ply",
+    "read_landmark_pairs": "readers.landmark_pairs",
     "read_landmarks": "readers.landmarks_file",
     "read_organ": "readers.segmentation_file",
     "read_splat": "readers.gaussian_ply",
@@ -122,6 +124,7 @@ __all__ = [
     "probe",
     "read_box",
     "read_gaussians",
+    "read_landmark_pairs",
     "read_landmarks",
     "read_organ",
     "read_splat",

@@ -13,10 +13,11 @@ from organphys.elastic.data_terms import DataOptions, organ_matches, precision, 
 from organphys.elastic.elastic_registration import ElasticState, find_matches
 from organphys.elastic.joint_scale import ScalePrior, data_quadratic, solve
 from organphys.elastic.matches import Deformed, Matches, geman_mcclure
-from organphys.elastic.mode_choice import choose_mode, elastic_score
+from organphys.elastic.mode_choice import ElasticScore, Modes, choose_mode, elastic_score
 from organphys.elastic.reduced_organ import ReducedOrganOptions, reduce_organ
 from organphys.elastic.visibility import visibility
 from organphys.ground.frames import Similarity, fit_similarity, rotation_about
+from organphys.pipeline.default_stages import mode_metrics, mode_notices
 from organphys.points.sampling import random_subset
 from organphys.points.surface_samples import sample_surface
 
@@ -381,4 +382,23 @@ def test_modes_are_ranked_by_the_elastic_fit(setting):
     np.testing.assert_array_equal(modes.poses.at(2).rotation, turned.rotation)
     assert np.array_equal(modes.best.rotation, modes.poses.rotation[0])
     runner_up = modes.runner_up(organ)  # tipped bends back to the truth: it is not another answer
-    assert runner_up is not None and runner_up[1] is modes.scores[2]
+    assert runner_up is not None and runner_up.score is modes.scores[2]
+    assert runner_up.degrees == pytest.approx(180, abs=1) and runner_up.distance > 0.15
+
+
+def test_two_poses_that_fit_alike_are_told_with_their_difference(setting):
+    organ, _, truth = setting
+    turned = truth @ Similarity(1.0, rotation_about(np.array([0.0, 0, 1]), np.pi / 3), np.zeros(3))
+    good, bad = ElasticScore(0.2, 0.1, 0.1, 0.0), ElasticScore(0.21, 0.1, 0.1, 0.0)
+    states = tuple(ElasticState(np.zeros((organ.basis.size, 3)), 1.0, pose) for pose in (truth, turned))
+    modes = Modes(Poses.of([truth, turned]), (good, bad), states)
+    (notice,) = mode_notices(modes, organ, None)
+    metrics = mode_metrics(modes, organ)
+    away = metrics["runner_up_distance"]["value"]
+    assert metrics["runner_up_rotation"]["value"] == pytest.approx(60) and 10 < away < 100
+    assert metrics["runner_up_score"] == {"value": pytest.approx(0.41), "unit": "1"}
+    assert notice.code == "twist_ambiguous"
+    for part in ("0.41 against 0.40", "60 degrees", f"{away:.0f} mm", "landmark"):
+        assert part in notice.message
+    far = Modes(modes.poses, (good, ElasticScore(0.4, 0.2, 0.1, 0.0)), states)
+    assert mode_notices(far, organ, None) == []

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..align.landmark_prior import LandmarkPrior
 from ..align.splat_view import SplatView
 from ..ground.checks import Array, one_of
 from ..ground.frames import Similarity, fit_similarity
@@ -19,6 +20,7 @@ from ..ground.solve_report import SolveReport, Stop
 from ..points.sampling import random_subset
 from .data_terms import DataOptions, organ_matches, rim_matches, splat_matches
 from .joint_scale import ScalePrior, data_quadratic, solve
+from .landmark_matches import landmark_matches
 from .matches import Deformed, Matches
 from .reduced_organ import ReducedOrgan
 from .temporal_prior import TemporalPrior
@@ -115,11 +117,13 @@ def register_elastically(
     on_step: Callable[[OuterStep], None] = lambda step: None,
     resume: ElasticState | None = None,
     prior_on_z: TemporalPrior | None = None,
+    landmarks: LandmarkPrior | None = None,
 ) -> tuple[ElasticState, SolveReport]:
     """Elastic registration from the pose ``start`` = T_camera_normalised; det F > 0 at every quadrature point.
 
     ``on_step`` sees every outer step; an exception it raises (Cancelled) ends the run. ``resume``: a state that refers
-    to ``start``, to go on from instead of the undeformed organ; ``prior_on_z``: holds Z near an earlier one.
+    to ``start``, to go on from instead of the undeformed organ; ``prior_on_z``: holds Z near an earlier one;
+    ``landmarks``: those with a place in the splat pull there.
     """
     options = options or ElasticOptions()
     chosen = random_subset(len(organ.samples.points), options.organ_points, 0)
@@ -129,7 +133,7 @@ def register_elastically(
     for number, level in enumerate(options.levels):
         for _ in range(level.steps):
             shape = state.deformed(organ)
-            matches = find_matches(organ, shape, view, chosen, level.tau, options.data)
+            matches = find_matches(organ, shape, view, chosen, level.tau, options.data, landmarks)
             if matches.weights.sum() < TOO_LITTLE:
                 return state, SolveReport(Stop.NO_DATA, count, evaluations, move)
             data = data_quadratic(organ, matches, shape.points, state.gamma, prior)
@@ -151,6 +155,7 @@ def find_matches(
     chosen: NDArray[np.int64],
     tau: float,
     options: DataOptions,
+    landmarks: LandmarkPrior | None = None,
 ) -> Matches:
     """All data terms of one outer step."""
     seen = visibility(shape, view, tau)
@@ -159,5 +164,6 @@ def find_matches(
             splat_matches(shape, view, tau, options),
             organ_matches(shape, view, seen, chosen, tau, options),
             rim_matches(shape, view, seen, organ.samples.spacing, tau, options),
+            landmark_matches(organ.samples, shape, landmarks),
         ]
     )

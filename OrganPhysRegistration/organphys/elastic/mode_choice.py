@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..align.landmark_prior import LandmarkPrior, landmark_cost
+from ..align.landmark_prior import LandmarkPrior
 from ..align.poses import Poses
 from ..align.splat_view import SplatView
 from ..ground.checks import Array
@@ -43,6 +43,17 @@ class ElasticScore:
 
 
 @dataclass(frozen=True)
+class RunnerUp:
+    """The best other answer: its pose T_camera_normalised and score, and how far it is from the winner's bent organ:
+    rotation in degrees and rms distance of the surface (normalised length)."""
+
+    pose: Similarity
+    score: ElasticScore
+    degrees: float
+    distance: float
+
+
+@dataclass(frozen=True)
 class Modes:
     """Candidate poses T_camera_normalised with their elastic scores, best first."""
 
@@ -54,14 +65,20 @@ class Modes:
     def best(self) -> Similarity:
         return self.poses.at(0)
 
-    def runner_up(self, organ: ReducedOrgan, *, apart: float = 0.15) -> tuple[Similarity, ElasticScore] | None:
+    def runner_up(self, organ: ReducedOrgan, *, apart: float = 0.15) -> RunnerUp | None:
         """The best pose whose bent organ lies elsewhere, by rms more than ``apart`` (normalised), than the winner's."""
         winner = self._surface(organ, 0)
         for k in range(1, len(self.states)):
             difference = (self._surface(organ, k) - winner) / self.states[0].pose.scale
-            if np.sqrt((difference**2).sum(1).mean()) > apart:
-                return self.poses.at(k), self.scores[k]
+            distance = float(np.sqrt((difference**2).sum(1).mean()))
+            if distance > apart:
+                return RunnerUp(self.poses.at(k), self.scores[k], self._degrees(k), distance)
         return None
+
+    def _degrees(self, k: int) -> float:
+        """Angle between the rotations of pose ``k`` and the best."""
+        cosine = (np.trace(self.poses.rotation[k].T @ self.poses.rotation[0]) - 1) / 2
+        return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
 
     def _surface(self, organ: ReducedOrgan, k: int) -> Array:
         return self.states[k].pose.apply(organ.points(self.states[k].z))
@@ -125,4 +142,4 @@ def _landmark_cost(
     if landmarks is None or not len(landmarks):
         return 0.0
     index = landmarks.sample_index
-    return float(landmark_cost(points[None, index], normals[None, index], np.array([scale]), view, landmarks.radius)[0])
+    return float(landmarks.cost_at(points[None, index], normals[None, index], np.array([scale]), view)[0])

@@ -7,13 +7,14 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 from scipy.spatial import cKDTree
 
 from ..ground.checks import Array, InputError
 from ..ground.notices import Notice
 from ..ground.progress import Progress, no_progress
 from ..points.point_sets import Box, Camera, GaussianCloud, Landmarks, Organ, SceneUnit
-from .landmark_checks import checked_landmarks
+from .landmark_checks import checked_landmarks, checked_partners
 from .registration import RegisterOptions
 from .scene import Scene, select_scene
 
@@ -22,12 +23,14 @@ FEWEST_VOXELS = 60  # the basis needs a few more nodes than its handles
 
 @dataclass(frozen=True)
 class Case:
-    """landmarks (L, 3) RAS mm, L may be 0; notices: about the inputs; provenance: facts of them for the asset."""
+    """landmarks (L, 3) RAS mm, L may be 0; partners (L, 3): their places in the scene, nan where not known; notices:
+    about the inputs; provenance: facts of them for the asset."""
 
     organ: Organ
     splat: GaussianCloud
     scene: Scene
     landmarks: Array
+    partners: Array
     camera: Camera
     unit: SceneUnit | None
     options: RegisterOptions
@@ -57,14 +60,20 @@ class Case:
             )
         positions, notices = checked_landmarks(landmarks, organ)
         scene = select_scene(splat, box, options, progress)
+        partners = checked_partners(landmarks, scene.centres)
         notices = (*organ.notices, *splat.notices, *notices, *scene.notices)
         camera, provenance = camera or Camera(), dict(provenance or {})
-        return cls(organ, splat, scene, positions, camera, unit, options, notices, provenance)
+        return cls(organ, splat, scene, positions, partners, camera, unit, options, notices, provenance)
 
     @cached_property
     def target_tree(self) -> cKDTree:
         """Over the splat's target points."""
         return cKDTree(self.scene.target)
+
+    @property
+    def _landmark_fact(self) -> str:
+        paired = int(np.isfinite(self.partners).all(1).sum())
+        return f"{len(self.landmarks)}, {paired} of them also on the splat" if paired else str(len(self.landmarks))
 
     @property
     def stated_mm(self) -> float | None:
@@ -78,6 +87,6 @@ class Case:
         return {
             "organ": f"{self.organ.name}, {self.organ.volume_ml:.1f} ml",
             "splat": f"{len(self.splat)} Gaussians, {len(self.scene.centres)} opaque ones used",
-            "landmarks": str(len(self.landmarks)),
+            "landmarks": self._landmark_fact,
             "unit": "not stated" if unit is None else f"{unit.mm_per_unit:g} mm per scene unit, +- {unit.percent:g} %",
         }

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..asset.array_archive import archive_bytes, read_archive
 from ..ground.atomic_file import write_bytes
-from ..ground.checks import InputError
+from ..ground.checks import Array, InputError
 from ..ground.notices import Notice
 from ..ground.progress import Progress, no_progress
 from ..points.point_sets import Box, Camera, GaussianCloud, Landmarks, SceneUnit
@@ -52,7 +52,7 @@ def save_case(
         "organ": {"name": name, "opening": opening, "close_holes": close_holes},
         "splat_notices": [[notice.code, notice.message] for notice in splat.notices],
         "options": None if options is None else vars(options),
-        "landmarks": None if landmarks is None else {"positions": landmarks.positions, "names": landmarks.names},
+        "landmarks": None if landmarks is None else vars(landmarks),
         "camera": None if camera is None else vars(camera),
         "box": None if box is None else vars(box),
         "unit": None if unit is None else vars(unit),
@@ -84,8 +84,14 @@ def load_case(path: str | os.PathLike[str], *, progress: Progress = no_progress)
     return RegistrationSession(organ, splat, provenance=provenance, progress=progress, **parts)
 
 
-def _landmarks(positions: Any, names: Any) -> Landmarks:
-    return Landmarks(np.array(positions, dtype=np.float64).reshape(-1, 3), tuple(map(str, names)))
+def _landmarks(points_ct: Any, names: Any, points_scene: Any, pairs: Any) -> Landmarks:
+    places = None if points_scene is None else _points(points_scene)
+    numbers = None if pairs is None else tuple(int(k) for k in pairs)
+    return Landmarks(_points(points_ct), tuple(map(str, names)), places, numbers)
+
+
+def _points(rows: Any) -> Array:
+    return np.array(rows, dtype=np.float64).reshape(-1, 3)
 
 
 def _record(values: Any, kind: Any) -> Any:

@@ -38,9 +38,11 @@ class CaseState:
                 finished = self.finished if known and self.finished else finish_case(self.case, stage.result, baked)
                 metrics[name] = finished.metrics
             elif known:
-                metrics[name] = self.metrics[name]
+                of_choice = getattr(self.stages.get(name), "metrics", {})
+                metrics[name] = {key: value for key, value in self.metrics[name].items() if key not in of_choice}
             else:
                 metrics[name] = pose_metrics(self.case, stage.T_scene_ct)
+            metrics[name] = {**metrics[name], **getattr(stage, "metrics", {})}
         return CaseState(self.case, stages, metrics, finished)
 
     def changed(self, case: Case) -> CaseState:
@@ -116,6 +118,7 @@ class CaseState:
             splat_colours=case.splat.colours[case.scene.picture],
             camera=case.camera,
             unit=case.unit,
+            runner_up=getattr(self.stages.get("rigid"), "runner_up_T", None),
             facts=self.facts,
             verdict=self.verdict,
             evidence=self.stages["elastic"].evidence,

@@ -46,6 +46,11 @@ def _add_inputs(group: Any, *, splat: bool = True) -> None:
         help="one or two points on the seen part of the CT organ: Slicer .mrk.json, .fcsv, or coordinates in RAS mm "
         '("x,y,z;x,y,z"); the default method works without',
     )
+    group.add_argument(
+        "--splat-landmarks",
+        metavar="FILE|X,Y,Z;...",
+        help="the same points on the splat, in raw scene units; matched to --landmarks by label, else by order",
+    )
     group.add_argument("--no-opening", action="store_true", help="leave out the opening that removes thin spurs")
     group.add_argument("--close-holes", action="store_true", help="fill holes inside the organ")
 

@@ -18,10 +18,9 @@ from ..ground.plain_json import dump
 from ..points.point_sets import Camera, GaussianCloud
 from ..points.sampling import random_subset
 from ..readers.gaussian_ply import read_splat
-from ..readers.landmarks_file import read_landmarks
 from ..readers.roi_file import read_box
 from ..readers.segmentation_file import read_organ
-from .commands_register import opacity_of, unit_of
+from .commands_register import landmarks_of, opacity_of, unit_of
 from .output_folder import whole_or_nothing
 from .registration import RegisterOptions
 from .sequence import SequenceFollower
@@ -69,7 +68,7 @@ def follower_of(arguments: argparse.Namespace, files: list[Path]) -> SequenceFol
     damping = {} if arguments.damping is None else {"damping": arguments.damping}
     follow = FollowOptions(scale_percent=arguments.scale_percent, restart=not arguments.no_restart, **damping)
     camera, unit = Camera(arguments.camera, arguments.fov), unit_of(arguments.mm_per_unit)
-    landmarks = None if arguments.landmarks is None else read_landmarks(arguments.landmarks)
+    landmarks = landmarks_of(arguments.landmarks, arguments.splat_landmarks)
     box = None if arguments.roi is None else read_box(arguments.roi)
     organ = read_organ(
         arguments.labels,

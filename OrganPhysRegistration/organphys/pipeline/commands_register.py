@@ -13,8 +13,9 @@ from typing import Any
 from .. import __version__
 from ..ground.checks import InputError
 from ..ground.progress import Progress
-from ..points.point_sets import Camera, SceneUnit
+from ..points.point_sets import Camera, Landmarks, SceneUnit
 from ..readers.gaussian_ply import read_splat
+from ..readers.landmark_pairs import read_landmark_pairs
 from ..readers.landmarks_file import read_landmarks
 from ..readers.roi_file import read_box
 from ..readers.segmentation_file import read_organ
@@ -48,7 +49,7 @@ def register_files(arguments: argparse.Namespace, progress: Progress) -> Registr
     camera, unit = Camera(arguments.camera, arguments.fov), unit_of(arguments.mm_per_unit)
     if options.method == "paper" and arguments.landmarks is None:
         raise InputError("method paper needs landmarks: give --landmarks, or take --method organphys")
-    landmarks = None if arguments.landmarks is None else read_landmarks(arguments.landmarks)
+    landmarks = landmarks_of(arguments.landmarks, arguments.splat_landmarks)
     box = None if arguments.roi is None else read_box(arguments.roi)
     splat = read_splat(arguments.splat, progress=progress)
     organ = read_organ(
@@ -75,6 +76,15 @@ def register_files(arguments: argparse.Namespace, progress: Progress) -> Registr
     return replace(registration, seconds={"read": read_seconds, **registration.seconds})
 
 
+def landmarks_of(on_organ: str | None, on_splat: str | None) -> Landmarks | None:
+    """The landmarks named by --landmarks and --splat-landmarks."""
+    if on_organ is None:
+        if on_splat is not None:
+            raise InputError("--splat-landmarks: give the same points in the CT with --landmarks")
+        return None
+    return read_landmarks(on_organ) if on_splat is None else read_landmark_pairs(on_organ, on_splat)
+
+
 def unit_of(text: str | None) -> SceneUnit | None:
     """``S`` or ``S:P`` as a scene unit."""
     if text is None:
@@ -96,7 +106,7 @@ def opacity_of(value: float) -> float:
 
 def provenance_of(arguments: argparse.Namespace) -> dict[str, Any]:
     """What the asset tells about its making: versions, options, and name and SHA-256 of each input file."""
-    files = {name: getattr(arguments, name) for name in ("labels", "splat", "landmarks", "roi")}
+    files = {name: getattr(arguments, name) for name in ("labels", "splat", "landmarks", "splat_landmarks", "roi")}
     texts = ("organ", "label_scheme", "camera", "fov", "mm_per_unit", "opacity", "clean", "method", "stiffness")
     more = ("weights", "seed", "no_opening", "close_holes")
     return {

@@ -6,6 +6,8 @@ from dataclasses import replace
 from functools import cached_property
 from time import perf_counter
 
+import numpy as np
+
 from ..align.landmark_prior import LandmarkPrior
 from ..align.pose_view import pose_view
 from ..align.poses import Poses
@@ -23,7 +25,7 @@ from ..ground.progress import Progress
 from ..ground.solve_report import SolveReport, Stop
 from ..points.surface_samples import SurfaceSamples, sample_surface
 from .case import Case
-from .default_stages import DefaultCoarse, DefaultRigid, mode_notices
+from .default_stages import DefaultCoarse, DefaultRigid, mode_metrics, mode_notices
 from .elastic_recorder import ElasticRecorder
 from .fit_confidence import FitConfidence, fit_confidence
 from .hand_pose import pose_near
@@ -83,7 +85,9 @@ class DefaultMethod:
             by_hand=start is not None,
             pose=modes.best,
             score=modes.scores[0].total,
-            runner_up=None if runner_up is None else runner_up[1].total,
+            runner_up=None if runner_up is None else runner_up.score.total,
+            metrics=mode_metrics(modes, organ),
+            runner_up_T=None if runner_up is None else self._T_scene_ct(runner_up.pose),
         )
 
     def elastic(
@@ -144,7 +148,7 @@ class DefaultMethod:
             recorder.progress("elastic", 1.0)
             return end.state, end.report(options.move_tolerance)
         state, report = register_elastically(
-            self.organ, self.view, pose, scale_prior=self._scale_prior, on_step=recorder,
+            self.organ, self.view, pose, scale_prior=self._scale_prior, on_step=recorder, landmarks=self.landmarks,
             options=replace(options, levels=options.levels[done:]), resume=None if end is None else end.state,
         )  # fmt: skip
         if report.stop is Stop.NO_DATA:
@@ -168,7 +172,12 @@ class DefaultMethod:
 
     @cached_property
     def landmarks(self) -> LandmarkPrior:
-        return LandmarkPrior.of(self.case.landmarks, self.samples, radius_mm=self.case.options.landmark_radius_mm)
+        case, partners = self.case, None
+        if np.isfinite(case.partners).any():
+            partners = self.view.T_camera_scene.apply(case.partners)
+        return LandmarkPrior.of(
+            case.landmarks, self.samples, radius_mm=case.options.landmark_radius_mm, partners=partners
+        )
 
     def _search(self, progress: Progress) -> tuple[Starts, Similarity]:
         """Starts that keep to the stated unit if there is one, and the best start of a search without it."""

@@ -31,15 +31,32 @@ class DefaultRigid(RigidStage):
     runner_up: float | None = None
 
 
+def mode_metrics(modes: Modes, organ: ReducedOrgan) -> dict[str, dict[str, float | str]]:
+    """Score of the chosen pose, and of the best pose clearly elsewhere with its way from the chosen one."""
+    metrics: dict[str, dict[str, float | str]] = {
+        "pose_score": {"value": modes.scores[0].total, "unit": "1"},
+        "poses_compared": {"value": float(len(modes.scores)), "unit": "1"},
+    }
+    runner_up = modes.runner_up(organ)
+    if runner_up is not None:
+        away_mm = runner_up.distance * organ.samples.normalisation.length
+        metrics["runner_up_score"] = {"value": runner_up.score.total, "unit": "1"}
+        metrics["runner_up_rotation"] = {"value": runner_up.degrees, "unit": "degrees"}
+        metrics["runner_up_distance"] = {"value": away_mm, "unit": "mm"}
+    return metrics
+
+
 def mode_notices(modes: Modes, organ: ReducedOrgan, chosen_radius_mm: float | None) -> list[Notice]:
     """Whether another pose is as good; ``chosen_radius_mm``: of a single landmark whose radius nobody set."""
     notices, best, runner_up = [], modes.scores[0].total, modes.runner_up(organ)
-    if runner_up is not None and runner_up[1].total < (1 + AMBIGUOUS) * best:
+    if runner_up is not None and runner_up.score.total < (1 + AMBIGUOUS) * best:
+        away_mm = runner_up.distance * organ.samples.normalisation.length
         notices.append(
             Notice(
                 "twist_ambiguous",
-                f"Another pose fits almost as well (cost {runner_up[1].total:.2f} against {best:.2f}, no unit): "
-                "check the overlay from several sides, or give a landmark.",
+                f"Another pose fits almost as well (cost {runner_up.score.total:.2f} against {best:.2f}, no unit): it "
+                f"is turned by {runner_up.degrees:.0f} degrees and its surface lies {away_mm:.0f} mm away (rms). "
+                "Check the overlay from several sides, or give a landmark where the two differ.",
             )
         )
     if chosen_radius_mm is not None:

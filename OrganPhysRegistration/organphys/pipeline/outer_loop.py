@@ -19,7 +19,7 @@ from ..points.point_sets import Landmarks, SceneUnit
 from .case import Case
 from .default_method import DefaultMethod
 from .default_stages import DefaultCoarse
-from .landmark_checks import checked_landmarks
+from .landmark_checks import checked_landmarks, checked_partners
 from .method_memory import MethodMemory
 from .stages import OnSurface
 from .start_pool import StartPool, coarse_of
@@ -42,7 +42,8 @@ class Changes:
         if self.landmarks is not UNCHANGED:
             positions, told = checked_landmarks(self.landmarks, case.organ)
             notices = tuple(notice for notice in case.notices if notice.code != "landmark_projected")
-            changed = replace(changed, landmarks=positions, notices=(*notices, *told))
+            partners = checked_partners(self.landmarks, case.scene.centres)
+            changed = replace(changed, landmarks=positions, partners=partners, notices=(*notices, *told))
         if self.stiffness is not UNCHANGED:
             changed = replace(changed, options=replace(case.options, stiffness=self.stiffness))
         if self.unit is not UNCHANGED:
@@ -68,7 +69,7 @@ class OuterLoop:
         """With those of a search without landmarks, whose short elastic fits the method remembers: some seconds."""
         found, free = self if self.pool is not None else self.known(method, coarse), method
         if len(method.landmarks):
-            free = taken_over(method, replace(method.case, landmarks=np.zeros((0, 3))))
+            free = taken_over(method, replace(method.case, landmarks=np.zeros((0, 3)), partners=np.zeros((0, 3))))
             coarse = free.coarse(progress)
             found = found.known(free, coarse)
         free.rigid(coarse, None, progress)
@@ -98,7 +99,7 @@ class OuterLoop:
 
 def taken_over(method: DefaultMethod, case: Case, *, quick: bool = False) -> DefaultMethod:
     """The method for a changed case with all that does not depend on the change; ``quick``: see DefaultMethod."""
-    same_unit = case.unit == method.case.unit
-    changed = DefaultMethod(case, method.memory if same_unit else MethodMemory(), quick=quick)
+    same_data = case.unit == method.case.unit and np.array_equal(case.partners, method.case.partners, equal_nan=True)
+    changed = DefaultMethod(case, method.memory if same_data else MethodMemory(), quick=quick)
     vars(changed).update({name: vars(method)[name] for name in SHARED if name in vars(method)})
     return changed

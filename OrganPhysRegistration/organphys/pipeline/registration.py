@@ -65,7 +65,8 @@ class Registration:
     similarities: T_scene_ct per stage ("before", "coarse", "rigid", "elastic"); metrics: {stage: {name: {value,
     unit}}}; target (M, 3): the splat points used, scene units; vertex_distance_mm (Nv,): to them from the registered
     surface vertices; vertex_seen (Nv,) bool: which of those face the camera on the splat; splat_points (K, 3),
-    splat_colours (K, 3): a sample of the opaque splat for pictures; facts: label and text for the report; verdict:
+    splat_colours (K, 3): a sample of the opaque splat for pictures; runner_up:
+    T_scene_ct of the best pose clearly elsewhere; facts: label and text for the report; verdict:
     whether to trust the result, evidence: the fit's own numbers behind it; began: perf_counter() when the run started.
     """
 
@@ -85,6 +86,7 @@ class Registration:
     splat_colours: NDArray[np.floating]
     camera: Camera
     unit: SceneUnit | None = None
+    runner_up: Similarity | None = None
     facts: Mapping[str, str] = field(default_factory=dict)
     verdict: Verdict | None = None
     evidence: FitEvidence | None = None

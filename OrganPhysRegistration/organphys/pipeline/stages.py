@@ -34,13 +34,16 @@ class CoarseStage:
 
 @dataclass(frozen=True, kw_only=True)
 class RigidStage:
-    """T_scene_ct after the rigid fit; ``by_hand``: it began at a pose that the user set."""
+    """T_scene_ct after the rigid fit; ``by_hand``: it began at a pose that the user set; metrics: {name: {"value",
+    "unit"}} of the choice between poses; runner_up_T: T_scene_ct of the best pose clearly elsewhere."""
 
     T_scene_ct: Similarity
     report: SolveReport
     seconds: Mapping[str, float] = field(default_factory=dict)
     notices: tuple[Notice, ...] = ()
     by_hand: bool = False
+    metrics: Mapping[str, Mapping[str, float | str]] = field(default_factory=dict)
+    runner_up_T: Similarity | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

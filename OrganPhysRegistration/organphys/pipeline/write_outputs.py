@@ -59,6 +59,7 @@ def _table_2_and_figure_8(registration: Registration) -> dict[str, Any]:
         "verdict": None if registration.verdict is None else registration.verdict.as_dict(),
         "evidence": None if registration.evidence is None else vars(registration.evidence),
         "similarities": {name: T.matrix.tolist() for name, T in registration.similarities.items()},
+        "runner_up": None if registration.runner_up is None else registration.runner_up.matrix.tolist(),
         "points": {"ct_surface": len(registration.organ.vertices), "splat_target": len(registration.target)},
         "seconds_per_elastic_step": registration.seconds["elastic"] / max(len(steps), 1),
         "elastic_steps": [vars(step) for step in steps],

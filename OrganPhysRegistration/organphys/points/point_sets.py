@@ -58,10 +58,19 @@ class GaussianCloud:
 
 @dataclass(frozen=True)
 class Landmarks:
-    """Points clicked on the CT organ: positions (L, 3) RAS mm and their names."""
+    """Points clicked on the CT organ: points_ct (L, 3) RAS mm and their names; of some or all of them also the same
+    tissue's place in the splat: points_scene (P, 3), raw scene units, of the landmarks numbered ``pairs`` (P,), which
+    may be left out where P = L."""
 
-    positions: Array
+    points_ct: Array
     names: tuple[str, ...] = ()
+    points_scene: Array | None = None
+    pairs: tuple[int, ...] | None = None
+
+    @property
+    def positions(self) -> Array:
+        """points_ct."""
+        return self.points_ct
 
 
 @dataclass(frozen=True)
