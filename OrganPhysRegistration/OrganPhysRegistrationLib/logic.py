@@ -23,6 +23,7 @@ from .inputs.sample_case import load_sample_case
 from .inputs.splat_node import load_splat
 from .outputs.apply_transform import apply_to
 from .outputs.case_record import CaseNodes
+from .outputs.sequence_nodes import SequenceNodes
 from .runs.blocking_run import outcome_of_inputs
 from .runs.core_in_use import CoreInUse, core_in_use, log_core_in_use
 from .runs.exports import export_case
@@ -35,6 +36,7 @@ from .runs.run_inputs import RunInputs, inputs_from_parameters
 from .runs.run_manager import BUSY, RunManager
 from .runs.run_process import RunProcess
 from .runs.segment_copy import copy_segment
+from .runs.sequence_run import SequenceCallbacks, SequenceRun
 
 STAGES = ("coarse", "rigid", "elastic")
 STAGE_RUNS = tuple(STAGES[first:end] for first in range(3) for end in range(first + 1, 4))
@@ -184,6 +186,29 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
     def stopLiveUpdate(self) -> None:
         """End live updates, if they are on; what they did can be undone as one run."""
         self._runs.stop_live()
+
+    def followSequence(
+        self,
+        parameters: Any,
+        splats: str | Path,
+        *,
+        fps: float | None = None,
+        onProgress: Callable[[float], None] = nothing,
+        onDone: Callable[[SequenceNodes], None] = nothing,
+        onFailed: Callable[[str, str], None] = nothing,
+    ) -> SequenceRun:
+        """Follow the organ through one splat (.ply) per time step, in the background; returns at once.
+
+        splats: a folder, a pattern ("t_*.ply") or a .txt file with one path per line; fps: splats per second (None: the
+        index is the frame's number). The nodes given to onDone play the surface and the transform CT to scene; the
+        run's ``file`` is the .organphys-seq, for ``organphys map --frame``. InputError where Slicer has no sequences.
+        """
+        inputs = parameters if isinstance(parameters, RunInputs) else inputs_from_parameters(parameters)
+        reasons = self.problems(inputs)
+        if reasons:
+            raise InputError(reasons[0])
+        ensure_packages()
+        return self._runs.start_sequence(inputs, str(splats), fps, SequenceCallbacks(onProgress, onDone, onFailed))
 
     def warmUp(self) -> None:
         """Start the registration process ahead of the first run, which is then about two seconds shorter."""

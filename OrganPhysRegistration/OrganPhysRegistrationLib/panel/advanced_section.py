@@ -1,4 +1,4 @@
-"""Section 5: settings that are seldom touched, and which core package is in use."""
+"""Section 6: settings that are seldom touched, and which core package is in use."""
 
 from __future__ import annotations
 

@@ -15,6 +15,7 @@ from .panel import Panel
 from .pose_section import PoseSection
 from .register_section import RegisterSection
 from .result_section import ResultSection
+from .sequence_section import SequenceSection
 from .unit_section import UnitSection
 from .weights_section import WeightsSection
 
@@ -35,6 +36,7 @@ def build_panel(ui: Any, logic: Any) -> Panel:
         PoseSection(panel, register),
         ResultSection(panel),
         ExportSection(panel),
+        SequenceSection(panel),
         AdvancedSection(panel),
     ]
     return panel

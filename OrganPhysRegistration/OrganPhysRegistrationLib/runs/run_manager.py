@@ -18,6 +18,7 @@ from .registration_run import RegistrationRun
 from .run_callbacks import RunCallbacks
 from .run_inputs import RunInputs
 from .run_process import RunProcess
+from .sequence_run import SequenceCallbacks, SequenceRun
 from .warm_session import WarmSession
 
 KEPT_UNDOS = 5
@@ -34,6 +35,7 @@ class RunManager:
         self._undos: list[tuple[CaseNodes, RunUndo]] = []
         self.run: RegistrationRun | None = None
         self.live: LiveUpdates | None = None
+        self.sequence: SequenceRun | None = None
         self._registered: RunInputs | None = None
         self._slot = self.stop  # PythonQt keeps no reference to a bound method
         slicer.app.connect("aboutToQuit()", self._slot)
@@ -41,7 +43,7 @@ class RunManager:
     @property
     def busy(self) -> bool:
         """Whether a run is under way, its cancelling and its transforms included."""
-        return self.run is not None and not self.run.finished
+        return any(run is not None and not run.finished for run in (self.run, self.sequence))
 
     def warm_up(self) -> None:
         """Start the child, so that the first run need not wait for it."""
@@ -58,6 +60,18 @@ class RunManager:
             raise InputError(STOPPING)
         self.run = RegistrationRun(self._session, inputs, stages, callbacks, start=start, on_end=self._run_ended)
         return self.run
+
+    def start_sequence(
+        self, inputs: RunInputs, source: str, fps: float | None, callbacks: SequenceCallbacks
+    ) -> SequenceRun:
+        """Follow the organ through the splats of ``source``."""
+        if self.busy:
+            raise InputError(BUSY)
+        self.stop_live()
+        if self._session.process.busy:
+            raise InputError(STOPPING)
+        self.sequence = SequenceRun(self._session, inputs, source, fps, callbacks)
+        return self.sequence
 
     def start_live(self, inputs: RunInputs, callbacks: LiveCallbacks) -> LiveUpdates:
         """Live updates of the organ that was registered last, by this process's child."""
@@ -108,6 +122,8 @@ class RunManager:
         run, self.run = self.run, None
         if run is not None:
             run.cancel()
+        if self.sequence is not None:
+            self.sequence.cancel()
         self._session.process.stop()
 
     def close(self) -> None:
