@@ -21,6 +21,7 @@ from .engine.preparation import prepare
 from .inputs.organ_input import organ_of, splat_of_organ
 from .inputs.pins_input import balls_in, holding, pins_of
 from .inputs.splat_input import gaussians_of_node
+from .inputs.suggested_pins import some_vertices
 from .inputs.tissue_input import tissue_of
 from .outputs.frame_node import T_world_sim, write_frame
 
@@ -81,7 +82,7 @@ def gathered(
     matrix = T_world_sim(write_frame(splat, metres_per_unit(organ)))
     options = SimulationOptions()
     row = instrument_named(instrument)
-    surface = organ.scene_vertices * metres_per_unit(organ)
+    surface = some_vertices(organ) * metres_per_unit(organ)
     return StartInputs(
         organ=organ,
         gaussians=None if splat is None else gaussians_of_node(splat),
