@@ -3,16 +3,20 @@
     python Testing/benchmarks/simulation_soak.py [organ.organphys] [--seeds 10] [--seconds 60] [--detail]
 
 A gripper wanders over, into and out of the organ with random speeds up to 200 mm/s and random jaws; in every other
-seed a tenth of gravity draws the organ towards it. Prints one line per seed and ends with status 1 if any run failed.
+seed a tenth of gravity draws the organ towards it. Prints one line per seed, writes them into RESULTS.md and ends with
+status 1 if any run failed (NaN, det F <= 0, or a step of more than 100 ms of processor time).
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
+from results_file import machine_lines, write_part
 from simulation_step import DT, body_of, facing, pinned
 
 from organphys.ground.frames import rotation_about
@@ -25,6 +29,8 @@ from organphys.simulation.state import ToolPose
 from organphys.simulation.tools import gripper
 
 FASTEST = 0.2  # m/s
+SLOWEST = 100.0  # ms
+HEAD = "| seed | ok | min det F | deepest mm | largest force N | steps holding | processor ms: median | p95 | max | stops |"
 
 
 def main() -> None:
@@ -36,7 +42,13 @@ def main() -> None:
     options = parser.parse_args()
     body = pinned(body_of(options.asset, 20, 1000))
     detail = LocalDetail() if options.detail else None
-    good = [soak(body, seed, round(options.seconds / DT), detail) for seed in range(options.seeds)]
+    good, rows = zip(
+        *(soak(body, seed, round(options.seconds / DT), detail) for seed in range(options.seeds)), strict=True
+    )
+    title = "# Soak of the simulator" + (", with local detail" if detail else "")
+    command = f"OMP_NUM_THREADS={os.environ.get('OMP_NUM_THREADS')} python Testing/benchmarks/simulation_soak.py"
+    lines = [title, "", *machine_lines(" ".join([command, *sys.argv[1:]])), "", HEAD, "|---" * 10 + "|"]
+    write_part(Path(__file__).with_name("RESULTS.md"), "\n".join([*lines, *rows]))
     sys.exit(0 if all(good) else 1)
 
 
@@ -57,8 +69,8 @@ def trajectory(body: Body, seed: int, steps: int) -> list[ToolPose]:
     return poses[:steps]
 
 
-def soak(body: Body, seed: int, steps: int, detail: LocalDetail | None) -> bool:
-    """One run and its line; True if all went well."""
+def soak(body: Body, seed: int, steps: int, detail: LocalDetail | None) -> tuple[bool, str]:
+    """One run: whether all went well, and its row of the table; prints a line."""
     gravity = 0.1 * gravity_along([0, 0, 1]) if seed % 2 else np.zeros(3)
     poses = trajectory(body, seed, steps)
     scene = Scene((body,), (gripper(),), SimulationOptions(gravity=gravity))
@@ -73,14 +85,25 @@ def soak(body: Body, seed: int, steps: int, detail: LocalDetail | None) -> bool:
         force = max(force, float(np.linalg.norm(report.forces[0].force)))
         stops[one.solve.stop.name] = stops.get(one.solve.stop.name, 0) + 1
         held += bool(len(simulation.state.bodies[0].grips[0].sample))
-    fine = bool(np.isfinite(simulation.state.bodies[0].z).all()) and lowest > 0
+    fine = bool(np.isfinite(simulation.state.bodies[0].z).all()) and lowest > 0 and max(times) < SLOWEST
     print(
         f"seed {seed}: {'ok    ' if fine else 'FAILED'} min det F {lowest:.3f}, deepest {1e3 * deepest:.2f} mm, force "
         f"up to {force:.1f} N, holding in {held} of {steps} steps, processor ms median {np.median(times):.1f}, p95 "
         f"{np.percentile(times, 95):.1f}, max {max(times):.0f}, {stops}",
         flush=True,
     )
-    return fine
+    middle, late = np.median(times), np.percentile(times, 95)
+    cells = [
+        seed,
+        "ok" if fine else "no",
+        f"{lowest:.3f}",
+        f"{1e3 * deepest:.2f}",
+        f"{force:.1f}",
+        held,
+        f"{middle:.1f}",
+    ]
+    cells += [f"{late:.1f}", f"{max(times):.0f}", ", ".join(f"{name} {n}" for name, n in stops.items())]
+    return fine, "| " + " | ".join(str(cell) for cell in cells) + " |"
 
 
 if __name__ == "__main__":

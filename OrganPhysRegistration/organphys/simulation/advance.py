@@ -12,7 +12,6 @@ from ..ground.checks import Array
 from ..ground.solve_report import SolveReport
 from ..mechanics.determinant import cofactor
 from .body import Body
-from .contact_terms import ContactTerms
 from .factor import FactorCache, renewed
 from .grasp import grip_springs, passing_on, slipped_grip, updated_grip
 from .incremental_potential import IncrementalPotential
@@ -49,7 +48,7 @@ class BodyReport:
     solve: why the solver stopped, residual relative to the largest force; cg_steps: conjugate gradient steps;
     error_m: bound of the rms error of the positions from stopping there, m, where the energy is convex; min_det,
     volume_change: lowest det F and mean det F - 1 over the quadrature points; deepest_m: largest penetration of a
-    contact sample into a tool, m (0: none); contacts: samples pushed by a tool; forces: on each tool.
+    contact sample into a tool or another body, m (0: none); contacts: samples pushed by a tool; forces: on each tool.
     """
 
     solve: SolveReport
@@ -74,26 +73,67 @@ def advance(
 ) -> tuple[BodyState, BodyReport]:
     """The body's state ``dt`` s later, with a share of 1 / ``pieces`` of the effort that a step may cost."""
     effort = max(options.effort // pieces, LEAST_EFFORT)
-    scheme = scheme_step(options.scheme, state, dt)
-    old, new = motion.parts(motion.before), motion.parts(motion.after)
-    spare = SPARE + 1.5 * dt * fastest(body, state.velocity)
-    samples = _near(body, state, (*old, *new), options.contact_gap + spare)
-    state = replace(state, grips=_grips(body, state, samples, motion))
+    ready = prepared(body, state, motion, options, dt)
     for _ in range(SEARCHES):
-        terms = None
-        if len(samples):
-            terms = contact_terms(
-                body, state, samples, motion.tools, motion.owner, old, new, motion.after, options, scheme.h
-            )
-        potential = IncrementalPotential.of_step(body, options, scheme, terms)
-        solved = minimise(potential, (scheme.predicted, state.z), state.reference, cache, effort=effort)
-        if not new or SURE * fastest(body, solved.at.z - state.z) < spare:
+        starts = (ready.potential.scheme.predicted, ready.state.z)
+        solved = minimise(ready.potential, starts, state.reference, cache, effort=effort)
+        more = with_missed(ready, motion, options, solved.at.z)
+        if more is None:
             break
-        missed = np.setdiff1d(near_samples(body, solved.at.z, new, options.contact_gap), samples)
-        if not len(missed):
-            break
-        samples = np.union1d(samples, missed)
-    return _outcome(body, state, motion, solved, terms, scheme, dt)
+        ready = more
+    return outcome(ready, motion, solved, dt)
+
+
+class Ready(NamedTuple):
+    """A body before a step: its state with the grips of the step, the potential, samples (N,) that tools may touch
+    while no tissue moves farther than ``spare`` m."""
+
+    state: BodyState
+    potential: IncrementalPotential
+    samples: NDArray[np.int64]
+    spare: float
+
+
+def prepared(body: Body, state: BodyState, motion: Motion, options: SimulationOptions, dt: float) -> Ready:
+    """What a step of one body needs."""
+    spare = SPARE + 1.5 * dt * fastest(body, state.velocity)
+    parts = (*motion.parts(motion.before), *motion.parts(motion.after))
+    samples = _near(body, state, parts, options.contact_gap + spare)
+    state = replace(state, grips=_grips(body, state, samples, motion))
+    scheme = scheme_step(options.scheme, state, dt)
+    return Ready(state, _potential(body, state, motion, options, scheme, samples), samples, spare)
+
+
+def _potential(
+    body: Body,
+    state: BodyState,
+    motion: Motion,
+    options: SimulationOptions,
+    scheme: SchemeStep,
+    samples: NDArray[np.int64],
+) -> IncrementalPotential:
+    terms = None
+    if len(samples):
+        old, new = motion.parts(motion.before), motion.parts(motion.after)
+        terms = contact_terms(
+            body, state, samples, motion.tools, motion.owner, old, new, motion.after, options, scheme.h
+        )
+    return IncrementalPotential.of_step(body, options, scheme, terms)
+
+
+def with_missed(ready: Ready, motion: Motion, options: SimulationOptions, z: Array) -> Ready | None:
+    """The same with samples that have come near a tool farther than expected at Z (n, 3); None: there are none."""
+    body, new = ready.potential.body, motion.parts(motion.after)
+    if not new or SURE * fastest(body, z - ready.state.z) < ready.spare:
+        return None
+    missed = np.setdiff1d(near_samples(body, z, new, options.contact_gap), ready.samples)
+    if not len(missed):
+        return None
+    samples = np.union1d(ready.samples, missed)
+    return ready._replace(
+        samples=samples,
+        potential=_potential(body, ready.state, motion, options, ready.potential.scheme, samples),
+    )
 
 
 def fastest(body: Body, velocity: Array) -> float:
@@ -116,17 +156,14 @@ def _grips(body: Body, state: BodyState, samples: NDArray[np.int64], motion: Mot
     )
 
 
-def _outcome(
-    body: Body,
-    state: BodyState,
-    motion: Motion,
-    solved: Solved,
-    terms: ContactTerms | None,
-    scheme: SchemeStep,
-    dt: float,
+def outcome(
+    ready: Ready, motion: Motion, solved: Solved, dt: float, *, deepest: float = 0.0
 ) -> tuple[BodyState, BodyReport]:
+    """State and report of a body after its step has been solved; ``deepest`` m: what it is in another body."""
+    state, potential = ready.state, ready.potential
+    body, terms, scheme = potential.body, potential.contact, potential.scheme
     at, velocity = solved.at, (solved.at.z - scheme.old) / scheme.h
-    touch, forces, deepest = Touch(), tuple(ToolForce.none() for _ in motion.tools), 0.0
+    touch, forces = Touch(), tuple(ToolForce.none() for _ in motion.tools)
     grips = state.grips
     if terms is not None and at.contact is not None:
         part, row = np.nonzero(at.contact.press > 0)
@@ -134,7 +171,7 @@ def _outcome(
         forces = tuple(tool_forces(terms, at.contact, at.z, motion.after, motion.owner))
         gaps, normals = terms.gaps(terms.positions(at.z))
         gaps = np.where(terms.off, np.maximum(gaps, 0.0), gaps)
-        deepest = max(0.0, -float(gaps.min()))
+        deepest = max(deepest, -float(gaps.min()))
         radii = np.array([part.shape.radius for part in terms.new])
         grips = tuple(
             passing_on(grip, terms.samples, gaps[mine], normals[mine], radii[mine], terms.width)

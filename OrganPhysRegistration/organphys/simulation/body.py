@@ -59,6 +59,19 @@ class Body:
         return self.basis.affine_coordinates(np.zeros((3, 3)), np.ones(3))[:, 0]
 
     @cached_property
+    def sample_normals(self) -> Array:
+        """Outward unit normals (S, 3) at rest at the contact samples: those of the nearest vertices."""
+        surface = self.shape.surface
+        normals: Array = surface.normals[cKDTree(surface.vertices).query(self.samples.points)[1]]
+        return normals
+
+    @cached_property
+    def sample_cells(self) -> NDArray[np.int64]:
+        """The quadrature point (S,) nearest to each contact sample."""
+        cells: NDArray[np.int64] = cKDTree(self.strain.points).query(self.samples.points)[1]
+        return cells
+
+    @cached_property
     def vertex_phi(self) -> Array:
         """Basis (Nv, n) at the vertices of the surface."""
         return self.basis.phi(self.samples.vertices)

@@ -68,10 +68,23 @@ class FactorCache:
     def factor(self, potential: IncrementalPotential, at: Evaluation, reference: Array) -> Factor:
         """Preconditioner for the Hessian at ``at`` from the stiffness at ``reference`` (n, 3)."""
         base = self._base(potential, reference)
-        rotation = mean_rotation(potential.body, at.deformation) @ base.stiffness.rotation.T
         if at.contact is None:
-            return Factor(base.lower, rotation)
-        return Factor(_cholesky(base.matrix + _contact_matrix(potential, at, rotation)), rotation)
+            return Factor(base.lower, self._turn(potential, at, base))
+        matrix, rotation = self.matrix(potential, at, reference)
+        return Factor(cholesky(matrix), rotation)
+
+    def matrix(self, potential: IncrementalPotential, at: Evaluation, reference: Array) -> tuple[Array, Array]:
+        """What is factorised: the Hessian (3n, 3n) of the body turned back by a rotation (3, 3), and that."""
+        base = self._base(potential, reference)
+        rotation = self._turn(potential, at, base)
+        if at.contact is None:
+            return base.matrix, rotation
+        return base.matrix + _contact_matrix(potential, at, rotation), rotation
+
+    @staticmethod
+    def _turn(potential: IncrementalPotential, at: Evaluation, base: Base) -> Array:
+        turn: Array = mean_rotation(potential.body, at.deformation) @ base.stiffness.rotation.T
+        return turn
 
     def _base(self, potential: IncrementalPotential, reference: Array) -> Base:
         body, inertia = potential.body, potential.inertia + potential.drag
@@ -112,7 +125,7 @@ def _base(stiffness: Stiffness, inertia: float, viscous: float) -> Base:
     lower, info = lapack.dpotrf(matrix, lower=1, clean=0)
     if info != 0:  # tissue under pressure is about to buckle
         matrix = viscous * stiffness_matrix(body.strain, stiffness.reference, definite=True) + rest
-        lower = _cholesky(matrix)
+        lower = cholesky(matrix)
     return Base(matrix, lower, stiffness)
 
 
@@ -137,7 +150,8 @@ def _contact_matrix(potential: IncrementalPotential, at: Evaluation, rotation: A
     return out.reshape(3 * n, 3 * n)
 
 
-def _cholesky(matrix: Array) -> Array:
+def cholesky(matrix: Array) -> Array:
+    """Lower Cholesky factor; ValueError if the matrix is not positive definite."""
     lower, info = lapack.dpotrf(matrix, lower=1, clean=0)
     if info != 0:
         raise ValueError(

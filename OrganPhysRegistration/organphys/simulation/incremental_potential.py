@@ -52,6 +52,11 @@ class IncrementalPotential:
         return cls(body, options, scheme, viscosity, contact)
 
     @property
+    def mass(self) -> float:
+        """Mass of the body, kg."""
+        return self.body.mass
+
+    @property
     def inertia(self) -> float:
         """m / h^2, N/m."""
         return self.body.mass / self.scheme.h**2

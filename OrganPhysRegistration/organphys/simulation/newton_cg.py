@@ -7,14 +7,13 @@ finite energies, so never det F <= 0, and only states that tissue can reach with
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from ..ground.checks import Array
 from ..ground.solve_report import SolveReport, Stop
-from .factor import Factor, FactorCache
-from .incremental_potential import Evaluation, IncrementalPotential
+from .options import SimulationOptions
 
 SUFFICIENT = 1e-4  # Armijo's fraction of the predicted decrease
 HALVINGS = 12
@@ -24,19 +23,59 @@ LEAST_FORCE = 1e-3  # m/s^2: forces are compared with at least this times the ma
 ROUNDING = 1e-13
 
 
+class Point(Protocol):
+    """Energy in J, gradient (n, 3) in N at coordinates z (n, 3); ``largest`` N: the largest force in the balance."""
+
+    @property
+    def z(self) -> Array: ...
+    @property
+    def energy(self) -> float: ...
+    @property
+    def gradient(self) -> Array: ...
+    @property
+    def largest(self) -> float: ...
+
+
+class Potential(Protocol):
+    """What is minimised: ``IncrementalPotential`` of one body or ``JointPotential`` of several."""
+
+    @property
+    def options(self) -> SimulationOptions: ...
+    @property
+    def mass(self) -> float: ...
+    @property
+    def rounding(self) -> float: ...
+    def evaluate(self, z: Array) -> Any: ...
+    def tangent(self, at: Any) -> Any: ...
+    def product(self, tangent: Any, change: Array) -> Array: ...
+    def admissible(self, z: Array) -> bool: ...
+
+
+class Preconditioner(Protocol):
+    """An approximate inverse Hessian."""
+
+    def solve(self, residual: Array) -> Array: ...
+
+
+class Factors(Protocol):
+    """Makes preconditioners: ``FactorCache`` or ``JointFactors``."""
+
+    def factor(self, potential: Any, at: Any, reference: Array) -> Preconditioner: ...
+
+
 class Solved(NamedTuple):
     """Where Newton stopped, why, and how many conjugate gradient steps it took."""
 
-    at: Evaluation
+    at: Any
     report: SolveReport
     cg_steps: int
 
 
 def minimise(
-    potential: IncrementalPotential,
+    potential: Potential,
     starts: tuple[Array, ...],
     reference: Array,
-    cache: FactorCache,
+    cache: Factors,
     *,
     effort: int | None = None,
 ) -> Solved:
@@ -47,11 +86,11 @@ def minimise(
     The report's residual is the norm of the gradient over the largest force. With ``Stop.STALLED`` or STEP_LIMIT the
     state is still finite, just not as exact as asked.
     """
-    at = _first_admissible(potential, starts)
+    at: Point = _first_admissible(potential, starts)
     evaluations, cg_steps = 1, 0
     effort = potential.options.effort if effort is None else effort
     for iteration in range(potential.options.newton_steps + 1):
-        largest = max(at.largest, LEAST_FORCE * potential.body.mass)
+        largest = max(at.largest, LEAST_FORCE * potential.mass)
         norm = float(np.linalg.norm(at.gradient))
         goal = potential.options.tolerance * largest
         if norm <= goal:
@@ -71,7 +110,7 @@ def minimise(
     return Solved(at, report, cg_steps)
 
 
-def _first_admissible(potential: IncrementalPotential, starts: tuple[Array, ...]) -> Evaluation:
+def _first_admissible(potential: Potential, starts: tuple[Array, ...]) -> Point:
     for z in starts[:-1]:
         if potential.admissible(z):
             at = potential.evaluate(z)
@@ -83,9 +122,7 @@ def _first_admissible(potential: IncrementalPotential, starts: tuple[Array, ...]
     return at
 
 
-def _direction(
-    potential: IncrementalPotential, at: Evaluation, factor: Factor, goal: float, most: int
-) -> tuple[Array, int]:
+def _direction(potential: Potential, at: Point, factor: Preconditioner, goal: float, most: int) -> tuple[Array, int]:
     """Newton direction (n, 3) with a residual of at most ``goal`` N, and its Hessian products, <= ``most``."""
     tangent = potential.tangent(at)
     x, r = np.zeros_like(at.gradient), -at.gradient
@@ -107,7 +144,7 @@ def _direction(
     return x, most
 
 
-def _line_search(potential: IncrementalPotential, at: Evaluation, direction: Array) -> tuple[Evaluation | None, int]:
+def _line_search(potential: Potential, at: Point, direction: Array) -> tuple[Point | None, int]:
     """First of the full step, half of it, ... that is admissible, finite and lower; None if there is none."""
     slope, step = float((at.gradient * direction).sum()), 1.0
     for k in range(HALVINGS):

@@ -17,7 +17,7 @@ from .tools import Tool, checked_pose
 
 @dataclass(frozen=True)
 class Scene:
-    """Bodies do not touch each other; each feels the tools, gravity and its own pins."""
+    """Bodies feel each other, the tools, gravity and their own pins."""
 
     bodies: tuple[Body, ...]
     tools: tuple[Tool, ...] = ()

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..ground.checks import InputError, as_positive
-from .advance import BodyReport, Motion, advance, fastest
+from .advance import BodyReport, Motion, fastest
+from .advance_together import advance_all
 from .continuous_check import substeps, substeps_at
 from .factor import FactorCache
 from .near_tools import SPARE, near_samples
@@ -44,10 +45,7 @@ def step(
     for k in range(count):
         after = tuple(between(a, b, (k + 1) / count) for a, b in zip(state.tools, poses, strict=True))
         motion = Motion(scene.tools, before, after, owner)
-        results = [
-            advance(body, old, motion, scene.options, dt / count, cache, pieces=count)
-            for body, old in zip(scene.bodies, bodies, strict=True)
-        ]
+        results = advance_all(scene.bodies, bodies, motion, scene.options, dt / count, cache, pieces=count)
         bodies, reports, before = tuple(r[0] for r in results), tuple(r[1] for r in results), after
         for report in reports:
             forces = [total.plus(one, 1 / count) for total, one in zip(forces, report.forces, strict=True)]
