@@ -20,7 +20,7 @@ HEADLINES = {
 }
 DOUBTFUL = frozenset({
     "little_seen", "implausible_volume", "implausible_scale", "hidden_tissue_moved", "twist_ambiguous",
-    "scale_disagrees", "landmark_projected",
+    "scale_disagrees", "landmark_projected", "organ_in_scene_unsure",
 })  # fmt: skip
 """Codes of notices that ask for a look at the result."""
 
