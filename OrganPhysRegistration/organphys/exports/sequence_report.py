@@ -79,17 +79,19 @@ def curves(sequence: OrganSequence) -> str:
     names = [name for name in CURVES if name in sequence.figures]
     figure, plots = _figure(9.4, 1.9 * len(names), rows=len(names))
     for axes, name in zip(plots, names, strict=True):
-        values = sequence.figures[name]
-        axes.plot(np.arange(len(values)), values, color=BLUE, marker=".")
+        values, first = sequence.figures[name], 1 if name == "seconds" else 0  # a full registration would hide the rest
+        axes.plot(np.arange(first, len(values)), values[first:], color=BLUE, marker=".")
         for status, colour in (("lost", CRIMSON), ("restarted", AMBER)):
             at = [k for k, one in enumerate(sequence.status) if one == status]
             if at:
                 axes.plot(at, values[at], "o", color=colour, label=status)
                 axes.legend(loc="upper right", frameon=False)
-        if name == "seconds" and len(values) > 1:
-            axes.set_ylim(0, 1.3 * float(np.max(values[1:])))
+        axes.set_xlim(-0.5, len(values) - 0.5)
+        axes.xaxis.get_major_locator().set_params(integer=True)
+        if name == "seconds":
+            axes.set_ylim(bottom=0)
         axes.set_ylabel(CURVES[name])
-    plots[-1].set_xlabel("frame" + (" (the first, a full registration, takes longer)" if "seconds" in names else ""))
+    plots[-1].set_xlabel("frame (time: without the first, which is a full registration)")
     return _svg(figure)
 
 
