@@ -1,9 +1,10 @@
 """Does the verdict tell right registrations from broken ones? Registers good and deliberately broken cases.
 
-    python Testing/benchmarks/broken_runs.py DIR [--cache FILE]
+    python Testing/benchmarks/broken_runs.py DIR [--more] [--cache FILE]
 
-Every case as it is, with landmarks on the wrong side, mirrored, with a tenth of its surface seen, with the organs of
-two other cases, and with a unit that is wrong by 25 %. Writes its part of RESULTS.md.
+Every case as it is, with landmarks on the wrong side, mirrored, with a tenth of its surface seen, and with the organ of
+another case; with --more also with a unit that is wrong by 25 %, and a second wrong organ. Writes its part of
+RESULTS.md.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from results_table import _table
 
 from organphys.pipeline.register import register
 from organphys.pipeline.registration import RegisterOptions
-from organphys.pipeline.verdict import TRUST, VerdictLimits
+from organphys.pipeline.verdict import REFUSE, TRUST, VerdictLimits
 from organphys.points.point_sets import SceneUnit
 
 TITLE = "# Verdict on good and on broken runs"
@@ -35,21 +36,23 @@ Entry = dict[str, Any]
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, help="folder of case folders")
+    parser.add_argument("--more", action="store_true", help="wrong units and a second wrong organ as well")
     parser.add_argument("--cache", type=Path, help="file that keeps the runs, to go on after a break")
     parser.add_argument("--out", type=Path, default=Path(__file__).with_name("RESULTS.md"))
     options = parser.parse_args()
     cases = [read_case(path.parent) for path in sorted(options.folder.glob("*/case.json"))]
     known = json.loads(options.cache.read_text()) if options.cache and options.cache.exists() else {}
-    for key, broken, unit in plans(cases):
+    for key, broken, unit in plans(cases, more=options.more):
         if key not in known:
             known[key] = run(broken, unit)
             print(f"{key}: {known[key]['level']} {known[key]['codes']} cost {known[key]['score']:.2f}", flush=True)
             if options.cache:
                 options.cache.write_text(json.dumps(known))
-    write_part(options.out, markdown(f"python Testing/benchmarks/broken_runs.py {options.folder.name}", known))
+    command = f"python Testing/benchmarks/broken_runs.py {options.folder.name}{' --more' if options.more else ''}"
+    write_part(options.out, markdown(command, known))
 
 
-def plans(cases: list[CaseInputs]) -> Iterator[tuple[str, CaseInputs, SceneUnit | None]]:
+def plans(cases: list[CaseInputs], *, more: bool) -> Iterator[tuple[str, CaseInputs, SceneUnit | None]]:
     """Case and what was done to it, with the inputs and the unit stated."""
     for case in cases:
         yield f"{case.name} | {GOOD}", case, None
@@ -58,9 +61,9 @@ def plans(cases: list[CaseInputs]) -> Iterator[tuple[str, CaseInputs, SceneUnit 
             yield f"{case.name} | {name}", change(case, np.random.default_rng(zlib.crc32(case.name.encode()))), None
     for case, other in _pairs(cases, 1):
         yield f"{case.name} | organ of {other.name}", wrong_organ(other)(case), None
-    for case in cases:
+    for case in cases if more else ():
         yield f"{case.name} | {UNIT}", case, SceneUnit(1.25 * case.truth.mm_per_unit)
-    for case, other in _pairs(cases, 3):
+    for case, other in _pairs(cases, 3) if more else ():
         yield f"{case.name} | organ of {other.name}", wrong_organ(other)(case), None
 
 
@@ -100,6 +103,7 @@ def markdown(command: str, entries: dict[str, Entry]) -> str:
     good = {key: entry for key, entry in entries.items() if key.endswith(f"| {GOOD}")}
     broken = {key: entry for key, entry in entries.items() if key not in good}
     trusted = sum(entry["level"] == TRUST for entry in good.values())
+    refused = sum(entry["level"] == REFUSE for entry in good.values())
     missed = [key for key, entry in broken.items() if entry["level"] == TRUST]
     columns = ["case", "what", "verdict", "reasons", "cost", "mirror image's cost", "seen %", "TRE / oracle"]
     return (
