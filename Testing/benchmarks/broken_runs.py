@@ -111,8 +111,7 @@ def markdown(command: str, entries: dict[str, Entry]) -> str:
             [
                 TITLE,
                 how(command),
-                f"Good runs: {trusted} of {len(good)} trusted, none of the others refused: "
-                f"{all(entry['level'] != 'do not trust' for entry in good.values())}. Broken runs: {len(missed)} of "
+                f"Good runs: {trusted} of {len(good)} trusted, {refused} refused (do not trust). Broken runs: {len(missed)} of "
                 f"{len(broken)} trusted{': ' + ', '.join(missed) if missed else ''}. {_left_out(good, broken)}",
                 _table(columns, rows),
             ]
