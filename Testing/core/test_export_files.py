@@ -121,12 +121,14 @@ def test_quality_of_known_tetrahedra() -> None:
 
 
 @pytest.mark.parametrize("format", ["vtu", "msh"])
-def test_tetrahedra_fill_the_box_and_read_back(tmp_path, format) -> None:
+def test_tetrahedra_fill_the_box_and_read_back(tmp_path, monkeypatch, format) -> None:
     for name in ("pytetwild", "meshio"):
         pytest.importorskip(name, reason="the extra 'tetrahedra' is not installed", exc_type=ImportError)
     import meshio
 
+    monkeypatch.chdir(tmp_path)
     mesh = tetrahedra(*box_surface(SIZE, 0.01), edge=0.02)
+    assert list(tmp_path.iterdir()) == []  # fTetWild's own file is not left behind
     quality = mesh.quality()
     assert mesh.volumes.min() > 0 and quality.min_radius_ratio > 0.05 and quality.mean_radius_ratio > 0.6
     assert quality.volume == pytest.approx(SIZE.prod(), rel=0.05)

@@ -5,6 +5,10 @@ Hu et al., "Fast Tetrahedral Meshing in the Wild", ACM TOG 2020, through pytetwi
 
 from __future__ import annotations
 
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import NamedTuple
@@ -95,17 +99,30 @@ def tetrahedra(vertices: Array, faces: NDArray[np.int64], *, edge: float) -> Tet
     size = float(np.ptp(vertices, axis=0).max())
     if not edge < size:
         raise InputError(f"edge length: expected less than the size of the organ, {size:.3g}, got {edge:g}")
-    nodes, cells = pytetwild.tetrahedralize(
-        *_thinned(vertices, faces, edge / CELLS_PER_EDGE),
-        edge_length_abs=edge,
-        epsilon=ENVELOPE * edge / float(np.linalg.norm(np.ptp(vertices, axis=0))),
-        num_threads=1,
-        quiet=True,
-    )
+    with _scratch_folder():  # fTetWild leaves a file in the working folder
+        nodes, cells = pytetwild.tetrahedralize(
+            *_thinned(vertices, faces, edge / CELLS_PER_EDGE),
+            edge_length_abs=edge,
+            epsilon=ENVELOPE * edge / float(np.linalg.norm(np.ptp(vertices, axis=0))),
+            num_threads=1,
+            quiet=True,
+        )
     if not len(cells):
         raise InputError("tetrahedra: none could be made of this surface; is it closed? take another edge length")
     mesh = oriented(np.asarray(nodes, dtype=np.float64), np.asarray(cells, dtype=np.int64))
     return on_surface(mesh, SurfaceDistance(vertices, faces))
+
+
+@contextmanager
+def _scratch_folder() -> Iterator[None]:
+    """A working folder for the length of the block, removed at its end."""
+    before = os.getcwd()
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        try:
+            yield
+        finally:
+            os.chdir(before)
 
 
 def _thinned(vertices: Array, faces: NDArray[np.int64], cell: float) -> tuple[Array, NDArray[np.int32]]:
