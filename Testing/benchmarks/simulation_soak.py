@@ -30,7 +30,8 @@ from organphys.simulation.tools import gripper
 
 FASTEST = 0.2  # m/s
 SLOWEST = 100.0  # ms
-HEAD = "| seed | ok | min det F | deepest mm | largest force N | steps holding | processor ms: median | p95 | max | stops |"
+HEAD = "| seed | ok | min det F | deepest mm | largest force N | steps holding |"
+HEAD += " processor ms: median | p95 | max | stops |"
 
 
 def main() -> None:

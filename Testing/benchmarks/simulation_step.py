@@ -2,8 +2,9 @@
 
     python Testing/benchmarks/simulation_step.py [organ.organphys] [--handles 20] [--quadrature 1000] [--steps 600]
 
-Without a file it takes an ellipsoid of the size of a liver. Prints, and writes into RESULTS.md, median, 95th percentile and maximum of the wall
-clock and of the process's own processor time, in ms, and how the steps went. Use OMP_NUM_THREADS=1 for one core.
+Without a file it takes an ellipsoid of the size of a liver. Prints, and writes into RESULTS.md, median, 95th percentile
+and maximum of the wall clock and of the process's own processor time, in ms, and how the steps went. Use
+OMP_NUM_THREADS=1 for one core.
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-
 from results_file import machine_lines, write_part
 
 from organphys.asset.asset_file import load_asset
@@ -79,8 +79,8 @@ def markdown(body: Body, rows: list[str]) -> str:
         [
             "# Speed of the simulator",
             "",
-            "Steps of 1/60 s. Wall clock and the process's own processor time: on a shared machine the second is nearer "
-            "to what an idle one needs. Deepest: largest penetration of a tool of 2.5 mm radius (jaws 2 mm).",
+            "Steps of 1/60 s. Wall clock and the process's own processor time: on a shared machine the second is "
+            "nearer to what an idle one needs. Deepest: largest penetration of a tool of 2.5 mm radius (jaws 2 mm).",
             "",
             *machine_lines(command),
             f"- {body.name}: {body.basis.size} columns, {len(body.strain.weights)} quadrature points; one product of "

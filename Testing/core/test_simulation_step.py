@@ -159,6 +159,31 @@ def test_sag_does_not_depend_on_the_time_step_and_pins_hold():
     assert moved[held].max() < 0.05 * moved.max()
 
 
+def test_gravity_that_the_registered_shape_carries_does_not_bend_it_again():
+    body = box_body(END)
+    hanging = replace(PLAIN, gravity=DOWN, registered_gravity=DOWN, mass_damping=20)
+    assert not run(body, hanging, 20, 1 / 60)[-1].z.any()
+    turned = replace(hanging, gravity=-DOWN)  # turned over: it feels the difference, twice its weight
+    twice = replace(hanging, gravity=-2 * DOWN, registered_gravity=np.zeros(3))
+    one, other = (run(body, options, 20, 1 / 60)[-1].z for options in (turned, twice))
+    assert np.array_equal(one, other) and np.abs(one).max() > 1e-3
+    with pytest.raises(InputError, match="registered gravity"):
+        replace(hanging, registered_gravity=np.array([0, 0, np.nan]))
+    assert not Scene((box_body(),), options=hanging).notices()
+
+
+def test_a_step_costs_no_more_than_the_effort_and_says_so():
+    body = box_body(END)
+    scene = Scene((body,), options=SimulationOptions(gravity=60 * DOWN, stiffness_damping=0, effort=8))
+    state = scene.initial_state()
+    for _ in range(6):
+        state, report = step(scene, state, (), 1 / 30)
+        one = report.bodies[0]
+        assert one.cg_steps + one.solve.evaluations <= 8 + 12 + 12  # one direction and one line search may overrun it
+        assert one.min_det > 0
+    assert one.solve.stop is Stop.STEP_LIMIT and one.solve.residual > scene.options.tolerance
+
+
 def test_violent_forces_never_turn_tissue_inside_out():
     body = box_body(END)
     scene = Scene((body,), options=SimulationOptions(gravity=100 * DOWN, stiffness_damping=0, newton_steps=10))

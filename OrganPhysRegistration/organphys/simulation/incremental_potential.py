@@ -82,7 +82,7 @@ class IncrementalPotential:
         forces = [
             self.inertia * move,
             self.drag * slide,
-            -body.mass * np.outer(body.mean_phi, self.options.gravity),
+            -body.mass * np.outer(body.mean_phi, self.options.felt_gravity),
             body.held @ z,
             body.strain.loads(stress),
         ]

@@ -18,6 +18,7 @@ from .options import SimulationOptions
 SUFFICIENT = 1e-4  # Armijo's fraction of the predicted decrease
 HALVINGS = 12
 CG_STEPS = 60
+FACTOR = 5  # a preconditioner costs as much as so many Hessian products
 FORCING = 0.05  # linear systems are solved to this part of the residual, or to the tolerance where that is more
 LEAST_FORCE = 1e-3  # m/s^2: forces are compared with at least this times the mass
 ROUNDING = 1e-13
@@ -82,7 +83,7 @@ def minimise(
     """Minimum from the first of ``starts`` (n, 3) that is admissible; the last one must be.
 
     ``reference`` (n, 3): where the preconditioner takes its stiffness; ``effort``: about so many evaluations and
-    Hessian products at most, those of the options if not given.
+    Hessian products, or what costs as much, at most, those of the options if not given.
     The report's residual is the norm of the gradient over the largest force. With ``Stop.STALLED`` or STEP_LIMIT the
     state is still finite, just not as exact as asked.
     """
@@ -95,7 +96,7 @@ def minimise(
         goal = potential.options.tolerance * largest
         if norm <= goal:
             return Solved(at, SolveReport(Stop.CONVERGED, iteration, evaluations, norm / largest), cg_steps)
-        left = effort - evaluations - cg_steps
+        left = effort - evaluations - cg_steps - FACTOR * iteration
         if iteration == potential.options.newton_steps or left <= 0:
             break
         factor = cache.factor(potential, at, reference)

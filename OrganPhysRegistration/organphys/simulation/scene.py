@@ -51,7 +51,7 @@ class Scene:
         """What the user should know before the run."""
         out = []
         for body in self.bodies:
-            if self.options.gravity.any() and not body.held.any():
+            if self.options.felt_gravity.any() and not body.held.any():
                 out.append(Notice("unpinned", f"{body.name} has no pins: it will fall with gravity"))
             for tool in self.tools:
                 if body.samples.spacing > 0.5 * tool.radius * (1 + 1e-9):
