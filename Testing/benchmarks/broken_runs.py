@@ -111,8 +111,9 @@ def markdown(command: str, entries: dict[str, Entry]) -> str:
             [
                 TITLE,
                 how(command),
-                f"Good runs: {trusted} of {len(good)} trusted, {refused} refused (do not trust). Broken runs: {len(missed)} of "
-                f"{len(broken)} trusted{': ' + ', '.join(missed) if missed else ''}. {_left_out(good, broken)}",
+                f"Good runs: {trusted} of {len(good)} trusted, {refused} refused (do not trust). "
+                f"Broken runs: {len(missed)} of {len(broken)} trusted{': ' + ', '.join(missed) if missed else ''}. "
+                + _left_out(good, broken),
                 _table(columns, rows),
             ]
         )
