@@ -9,9 +9,11 @@ from scipy.spatial import cKDTree
 
 from organphys.align.poses import Poses
 from organphys.align.rim import Rim
+from organphys.elastic import load_prior
 from organphys.elastic.data_terms import DataOptions, organ_matches, precision, rim_matches, splat_matches
 from organphys.elastic.elastic_registration import ElasticState, find_matches
-from organphys.elastic.joint_scale import ScalePrior, data_quadratic, solve
+from organphys.elastic.joint_scale import ScalePrior, Stiffness, data_quadratic, solve
+from organphys.elastic.load_prior import load_hessian
 from organphys.elastic.matches import Deformed, Matches, geman_mcclure
 from organphys.elastic.mode_choice import ElasticScore, Modes, choose_mode, elastic_score
 from organphys.elastic.reduced_organ import ReducedOrganOptions, reduce_organ
@@ -183,7 +185,7 @@ def solved(setting, prior, steps=40):
     shape = state.deformed(organ)
     matches = find_matches(organ, shape, view, chosen, 0.15, DataOptions())
     data = data_quadratic(organ, matches, shape.points, 1.0, prior)
-    return solve(organ, data, 0.1, state.z, 1.0, steps=steps)
+    return solve(organ, data, Stiffness(0.1), state.z, 1.0, steps=steps)
 
 
 def test_exact_prior_pins_gamma(setting):
@@ -193,24 +195,50 @@ def test_exact_prior_pins_gamma(setting):
     assert 0.931 < soft < solved(setting, ScalePrior())[1]
 
 
-def test_solve_ends_in_the_minimum(setting, bent):
-    """alpha E + D is flat there, to a thousandth of its slopes at the bent start."""
+@pytest.mark.parametrize("loads", [0.0, 0.8])
+def test_solve_ends_in_the_minimum(setting, bent, loads):
+    """The sum of prior and data is flat there, to a thousandth of its slopes at the bent start."""
     organ, matches, alpha = setting[0], matches_of(setting[0]), 0.1
     data = data_quadratic(organ, matches, organ.points(bent), 1.0, ScalePrior(1.0, 0.5))
+    held = load_hessian(organ, bent)
 
     def slope(z, gamma, d, h=1e-5):
         def value(q):
-            return alpha * organ.elasticity.energy(q[:-1].reshape(-1, 3)) + data.value_and_gradient(q)[0]
+            prior = (1 - loads) * organ.elasticity.energy(q[:-1].reshape(-1, 3)) + loads * 0.5 * q[:-1] @ held @ q[:-1]
+            return alpha * prior + data.value_and_gradient(q)[0]
 
         q = np.append(z.ravel(), gamma)
         return (value(q + h * d) - value(q - h * d)) / (2 * h)
 
-    z, gamma, spent = solve(organ, data, alpha, bent, 1.0, steps=80)
+    z, gamma, spent = solve(organ, data, Stiffness(alpha, loads), bent, 1.0, steps=80)
     assert 0 < spent < 200 and organ.elasticity.min_det(z) > 0
     rng = np.random.default_rng(0)
     directions = rng.normal(size=(20, z.size + 1))
     before = np.abs([slope(bent, 1.0, d) for d in directions]).max()
     assert np.abs([slope(z, gamma, d) for d in directions]).max() < 1e-3 * before
+
+
+def test_load_prior_is_the_mean_square_load(setting, bent, monkeypatch):
+    """With equal weights: f = Phi K Z, its mean square by the plain sum; rigid motions cost nothing."""
+    monkeypatch.setattr(load_prior, "TAIL", 0.0)
+    organ = setting[0]
+    stiffness, modes = np.linalg.eigh(organ.rest_hessian)
+    loads = organ.phi_volume @ (organ.rest_hessian @ bent.ravel()).reshape(-1, 3)
+    found = load_hessian(organ, bent)
+    assert bent.ravel() @ found @ bent.ravel() * organ.load_unit == pytest.approx((loads**2).sum(1).mean())
+    costs = np.diag(modes.T @ found @ modes)
+    np.testing.assert_allclose(costs, stiffness**2 / organ.load_unit, atol=1e-8 * costs.max())
+    assert np.abs(costs[:6]).max() < 1e-8 * costs[20] and organ.load_unit == pytest.approx(stiffness[12])
+
+
+def test_load_prior_forgives_a_patch_of_strong_load(setting):
+    """Of two loads with the same mean square the one that acts on a tenth of the volume costs less."""
+    even = np.ones((500, 3))
+    patch = np.full((500, 3), 0.1)
+    patch[:50] = np.sqrt((500 - 450 * 0.01) / 50)
+    costs = [float((load_prior._weights(f) * (f**2).sum(1)).mean()) for f in (even, patch)]
+    assert costs[0] == pytest.approx(3.0) and costs[1] < 0.5 * costs[0]
+    assert load_prior._weights(patch).mean() == pytest.approx(1.0)
 
 
 def test_state_without_rigid_part_maps_the_same(setting, bent):

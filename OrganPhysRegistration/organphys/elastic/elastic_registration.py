@@ -19,7 +19,7 @@ from ..ground.frames import Similarity, fit_similarity
 from ..ground.solve_report import SolveReport, Stop
 from ..points.sampling import random_subset
 from .data_terms import DataOptions, organ_matches, rim_matches, splat_matches
-from .joint_scale import ScalePrior, data_quadratic, solve
+from .joint_scale import ScalePrior, Stiffness, data_quadratic, solve
 from .landmark_matches import landmark_matches
 from .matches import Deformed, Matches
 from .reduced_organ import ReducedOrgan
@@ -29,16 +29,18 @@ from .visibility import visibility
 
 @dataclass(frozen=True)
 class ElasticLevel:
-    """Stiffness weight ``alpha`` of the mean energy (Young's modulus 1), robust width, most outer steps."""
+    """Stiffness weight ``alpha`` of the prior, robust width, most outer steps; ``loads``: share of the load prior in
+    it, the rest is the mean elastic energy (Young's modulus 1)."""
 
     alpha: float
     tau: float
     steps: int
+    loads: float = 0.8
 
 
-SHORT = (ElasticLevel(0.4, 0.15, 5), ElasticLevel(0.1, 0.12, 5), ElasticLevel(0.04, 0.09, 5))
+SHORT = (ElasticLevel(0.4, 0.15, 5, 0.0), ElasticLevel(0.1, 0.12, 5, 0.0), ElasticLevel(0.04, 0.09, 5, 0.0))
 TOO_LITTLE = 1e-3  # mean robust weight of the matches under which organ and splat do not meet at all
-LAST_ALPHA = {"conservative": 0.04, "moderate": 0.015, "aggressive": 0.006}
+LAST_ALPHA = {"conservative": 0.03, "moderate": 0.009, "aggressive": 0.003}
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class ElasticOptions:
         ElasticLevel(0.4, 0.15, 8),
         ElasticLevel(0.1, 0.12, 10),
         ElasticLevel(0.04, 0.1, 14),
-        ElasticLevel(0.015, 0.1, 20),
+        ElasticLevel(LAST_ALPHA["moderate"], 0.1, 20),
     )
     data: DataOptions = field(default_factory=DataOptions)
     organ_points: int = 2200
@@ -58,7 +60,7 @@ class ElasticOptions:
 
     @classmethod
     def stiffness(cls, preset: str | float) -> ElasticOptions:
-        """Presets name the last alpha: conservative 0.04, moderate 0.015 (default), aggressive 0.006; or a number."""
+        """Presets name the last alpha: conservative 0.03, moderate 0.009 (default), aggressive 0.003; or a number."""
         if not isinstance(preset, str):
             return cls.down_to(float(preset))
         return cls.down_to(LAST_ALPHA[one_of(preset, "stiffness", tuple(LAST_ALPHA))])
@@ -121,16 +123,18 @@ def register_elastically(
 ) -> tuple[ElasticState, SolveReport]:
     """Elastic registration from the pose ``start`` = T_camera_normalised; det F > 0 at every quadrature point.
 
-    ``on_step`` sees every outer step; an exception it raises (Cancelled) ends the run. ``resume``: a state that refers
-    to ``start``, to go on from instead of the undeformed organ; ``prior_on_z``: holds Z near an earlier one;
-    ``landmarks``: those with a place in the splat pull there.
+    ``on_step`` sees every outer step; an exception it raises (Cancelled) ends the run. ``resume``: a state to go on
+    from instead of the undeformed organ at ``start``; ``prior_on_z``: holds Z near an earlier one; ``landmarks``: those
+    with a place in the splat pull there. Every level begins with the rigid part of the deformation moved into the pose,
+    since the load prior holds for small rotations.
     """
     options = options or ElasticOptions()
     chosen = random_subset(len(organ.samples.points), options.organ_points, 0)
-    prior = scale_prior(start)
     state = resume or ElasticState(np.zeros((organ.basis.size, 3)), 1.0, start)
     count, move, evaluations = 0, np.inf, 0
     for number, level in enumerate(options.levels):
+        state = state.without_rigid_part(organ) if state.z.any() else state
+        prior = scale_prior(state.start)
         for _ in range(level.steps):
             shape = state.deformed(organ)
             matches = find_matches(organ, shape, view, chosen, level.tau, options.data, landmarks)
@@ -138,9 +142,10 @@ def register_elastically(
                 return state, SolveReport(Stop.NO_DATA, count, evaluations, move)
             data = data_quadratic(organ, matches, shape.points, state.gamma, prior)
             data = data if prior_on_z is None else prior_on_z.added_to(data)
-            z, gamma, spent = solve(organ, data, level.alpha, state.z, state.gamma, steps=options.inner_steps)
+            stiffness = Stiffness(level.alpha, level.loads)
+            z, gamma, spent = solve(organ, data, stiffness, state.z, state.gamma, steps=options.inner_steps)
             move = float(np.abs(organ.phi @ (z - state.z)).max()) + abs(gamma - state.gamma)
-            state, count, evaluations = ElasticState(z, gamma, start), count + 1, evaluations + spent
+            state, count, evaluations = ElasticState(z, gamma, state.start), count + 1, evaluations + spent
             on_step(OuterStep(number, level.alpha, state, move, spent, len(matches.rows)))
             if move < options.move_tolerance:
                 break

@@ -1,18 +1,20 @@
 """One sub-problem of the elastic stage: fixed matches, unknown Z and scale.
 
 x = X + Phi Z, targets gamma a: the data is exactly quadratic in q = (Z, gamma), and a uniform dilation of the scene
-costs no elastic energy. Minimised: alpha E(Z) + D(q) + prior(gamma).
+costs no elastic energy. Minimised: alpha ((1 - loads) E(Z) + loads L(Z)) + D(q) + prior(gamma), with E the elastic
+energy and L the load prior.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
 
 from ..ground.checks import Array
 from ..mechanics.lbfgs import minimise
+from .load_prior import load_hessian
 from .matches import Matches
 from .reduced_organ import ReducedOrgan
 
@@ -37,6 +39,14 @@ class ScalePrior:
 
 
 @dataclass(frozen=True)
+class Stiffness:
+    """Weight ``alpha`` of the prior, of which the share ``loads`` is the load prior and the rest elastic energy."""
+
+    alpha: float
+    loads: float = 0.0
+
+
+@dataclass(frozen=True)
 class Quadratic:
     """1/2 q^T H q + b q + constant over q = (Z.ravel(), gamma)."""
 
@@ -55,13 +65,14 @@ def data_quadratic(organ: ReducedOrgan, matches: Matches, points: Array, gamma: 
     units, has no such bias, and its gradient differs by -2 D / gamma, taken at the current state.
     """
     phi, rest, targets = organ.phi[matches.rows], organ.samples.points[matches.rows], matches.targets
+    single = phi.astype(np.float32)  # the Hessian takes the time, and its rounding is far below that of the matches
     metric = matches.metric()
     n = phi.shape[1]
     hessian, linear = np.zeros((3 * n + 1, 3 * n + 1)), np.zeros(3 * n + 1)
     blocks = hessian[:-1, :-1].reshape(n, 3, n, 3)
     for a in range(3):
         for b in range(a, 3):
-            block = 2 * phi.T @ (metric[:, a, b, None] * phi)
+            block = single.T @ ((2 * metric[:, a, b, None]).astype(np.float32) * single)
             blocks[:, a, :, b] = block
             blocks[:, b, :, a] = block.T
     metric_targets = (metric @ targets[..., None])[..., 0]
@@ -79,9 +90,13 @@ def data_quadratic(organ: ReducedOrgan, matches: Matches, points: Array, gamma: 
 
 
 def solve(
-    organ: ReducedOrgan, data: Quadratic, alpha: float, z: Array, gamma: float, *, steps: int
+    organ: ReducedOrgan, data: Quadratic, stiffness: Stiffness, z: Array, gamma: float, *, steps: int
 ) -> tuple[Array, float, int]:
     """A few L-BFGS steps from (z, gamma), preconditioned with the Hessian at rest: Z, gamma and evaluations spent."""
+    alpha = stiffness.alpha * (1 - stiffness.loads)
+    if stiffness.loads:
+        data = replace(data, hessian=data.hessian.copy())
+        data.hessian[:-1, :-1] += stiffness.alpha * stiffness.loads * load_hessian(organ, z)
     preconditioner = data.hessian.copy()
     preconditioner[:-1, :-1] += alpha * organ.rest_hessian
     preconditioner[np.diag_indices_from(preconditioner)] += (

@@ -19,6 +19,7 @@ from ..basis.reduced_covariance import ReducedCovariance
 from ..ground.checks import Array
 from ..points.sampling import random_subset
 from .elastic_registration import ElasticOptions, ElasticState, find_matches
+from .load_prior import load_hessian
 from .reduced_organ import ReducedOrgan
 from .residual_statistics import residual_statistics
 
@@ -72,9 +73,10 @@ def posterior_terms(
     scale_percent: standard deviation of the stated unit (0: exact), None: no unit stated.
     """
     options = options or ElasticOptions()
+    level = options.levels[-1]
     shape = state.deformed(organ)
     chosen = random_subset(len(organ.samples.points), options.organ_points, 0)
-    matches = find_matches(organ, shape, view, chosen, options.levels[-1].tau, options.data)
+    matches = find_matches(organ, shape, view, chosen, level.tau, options.data)
     total = float(matches.weights.sum())
     if not total > 0:
         return None
@@ -88,6 +90,7 @@ def posterior_terms(
     percent = None if scale_percent is None else max(scale_percent / 100, EXACT_SCALE)
     return PosteriorTerms(
         data=strength * slopes.T @ (matches.weights[:, None] * slopes),
-        energy=organ.elasticity.hessian(state.z, project=True),
+        energy=(1 - level.loads) * organ.elasticity.hessian(state.z, project=True)
+        + level.loads * load_hessian(organ, state.z),
         scale=(percent or FREE_SCALE) ** -2,
     )
