@@ -13,6 +13,7 @@ from organphys.elastic.landmark_matches import FREE_MM, WEIGHT, landmark_matches
 from organphys.ground.checks import InputError
 from organphys.ground.frames import Similarity, rotation_about
 from organphys.pipeline.case import Case
+from organphys.pipeline.commands_register import landmarks_of
 from organphys.pipeline.landmark_checks import checked_partners
 from organphys.pipeline.outer_loop import Changes
 from organphys.points.point_sets import Landmarks
@@ -43,6 +44,14 @@ def test_pairs_without_common_labels_go_by_order():
     assert paired_landmarks(named, Landmarks(np.ones((2, 3)), ("S-1", "S-2"))).pairs == (0, 1)
     with pytest.raises(InputError, match="3 for 2 landmarks"):
         paired_landmarks(named, Landmarks(np.ones((3, 3)), ("S-1", "S-2", "S-3")))
+
+
+def test_command_line_takes_pairs():
+    assert landmarks_of(None, None) is None
+    assert landmarks_of("1,2,3", None).points_scene is None
+    np.testing.assert_array_equal(landmarks_of("1,2,3", "0.5,0,1").points_scene, [[0.5, 0, 1]])
+    with pytest.raises(InputError, match="--landmarks"):
+        landmarks_of(None, "0.5,0,1")
 
 
 @pytest.fixture(scope="module")
