@@ -37,14 +37,14 @@ class Quadratic:
     def of(cls, mesh):
         basis = Basis(mesh, ElementTetP2(), intorder=4)
         fields = [function[0] for function in basis.basis]
-        values = np.stack([np.broadcast_to(f.value, basis.dx.shape)[0] for f in fields])
+        values = np.stack([np.broadcast_to(np.asarray(f), basis.dx.shape)[0] for f in fields])
         slopes = np.stack([f.grad for f in fields]).transpose(2, 3, 0, 1)
         return cls(basis, values, slopes, basis.dx, basis.element_dofs.T)
 
     @property
     def points(self):
         """Quadrature points (nt q, 3), m."""
-        return self.basis.global_coordinates().value.reshape(3, -1).T
+        return np.asarray(self.basis.global_coordinates()).reshape(3, -1).T
 
     def at_points(self, u):
         """Nodal values (N, 3) at the quadrature points, (nt q, 3)."""
