@@ -151,3 +151,14 @@ def test_paper_method_takes_presets_only(organ, seen, landmark):
     run = RegistrationSession(organ, seen.cloud, RegisterOptions(method="paper"), landmarks=landmark)
     with pytest.raises(InputError, match="stiffness"):
         run.updated(stiffness=0.03)
+
+
+def test_landmark_known_on_the_splat_is_fitted_anew(organ, seen, session):
+    """A pair pulls at the organ: elastic fits without it must not be taken for those with it."""
+    row = int(np.argmin(seen.points[:, 2]))
+    pair = Landmarks(seen.points_ct[[row]], ("pair",), points_scene=seen.points[[row]])
+    outcome = session.updated(landmarks=pair)
+    with small_problem():
+        settled = session.settled()
+        assert distance_mm(settled, full_run(organ, seen, pair)) < 1e-6
+    assert distance_mm(outcome, settled) < 3.0

@@ -20,9 +20,9 @@ from ..ground.atomic_file import write_text
 from ..ground.checks import InputError
 from ..ground.plain_json import dump
 from ..ground.progress import Progress
-from ..points.point_sets import Landmarks
 from ..readers.gaussian_ply import read_splat
 from .case import Case
+from .outer_loop import landmarks_at
 from .sequence import SequenceFollower
 from .sequence_inputs import frame_times, splat_files
 from .session import RegistrationSession
@@ -53,7 +53,7 @@ def follow_case(session: RegistrationSession, fields: Mapping[str, Any], folder:
 def follower_of(session: RegistrationSession) -> SequenceFollower:
     """With the inputs of a session."""
     case: Case = session.state.case
-    landmarks = Landmarks(case.landmarks) if len(case.landmarks) else None
+    landmarks = landmarks_at(case, case.landmarks) if len(case.landmarks) else None
     return SequenceFollower(
         case.organ, case.options, landmarks=landmarks, camera=case.camera, box=session.box, unit=case.unit,
         provenance=case.provenance,

@@ -10,14 +10,16 @@ import numpy as np
 
 from ..ground.checks import InputError, as_points
 from ..points.point_sets import Landmarks
+from .case import Case
 from .case_outcome import CaseOutcome
+from .outer_loop import landmarks_at
 
 
-def changes_of(fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Keywords of ``RegistrationSession.updated``; InputError for what is no landmark or stiffness."""
+def changes_of(fields: Mapping[str, Any], case: Case) -> dict[str, Any]:
+    """Keywords of ``RegistrationSession.updated`` for ``case``; InputError for what is no landmark or stiffness."""
     changes: dict[str, Any] = {}
     if "landmarks" in fields:
-        changes["landmarks"] = _landmarks(fields["landmarks"], fields.get("names") or ())
+        changes["landmarks"] = _landmarks(fields["landmarks"], fields.get("names") or (), case)
     if "stiffness" in fields:
         stiffness = fields["stiffness"]
         if isinstance(stiffness, bool) or not isinstance(stiffness, (str, int, float)):
@@ -37,8 +39,8 @@ def live_part(outcome: CaseOutcome) -> CaseOutcome:
     return replace(outcome, **only, twists=None)
 
 
-def _landmarks(positions: Any, names: Any) -> Landmarks | None:
+def _landmarks(positions: Any, names: Any, case: Case) -> Landmarks | None:
     if positions is None:
         return None
     points = as_points(positions, "landmarks", minimum=0)
-    return Landmarks(np.array(points), tuple(map(str, names))) if len(points) else None
+    return landmarks_at(case, np.array(points), tuple(map(str, names))) if len(points) else None

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..ground.checks import Array
 from ..ground.frames import Similarity
 from ..ground.progress import Progress
 from ..points.point_sets import Landmarks, SceneUnit
@@ -103,3 +104,18 @@ def taken_over(method: DefaultMethod, case: Case, *, quick: bool = False) -> Def
     changed = DefaultMethod(case, method.memory if same_data else MethodMemory(), quick=quick)
     vars(changed).update({name: vars(method)[name] for name in SHARED if name in vars(method)})
     return changed
+
+
+def _pairs(case: Case) -> bytes:
+    """The landmarks that are known on the splat too: they pull at the organ, so that elastic fits depend on them."""
+    paired = np.isfinite(case.partners).all(axis=1)
+    return case.landmarks[paired].tobytes() + case.partners[paired].tobytes()
+
+
+def landmarks_at(case: Case, positions: Array, names: tuple[str, ...] = ()) -> Landmarks:
+    """Landmarks at ``positions`` (L, 3) RAS mm; those of the case that are known on the splat stay so, where the number
+    of landmarks is the same."""
+    paired = np.flatnonzero(np.isfinite(case.partners).all(axis=1))
+    if not len(paired) or len(positions) != len(case.partners):
+        return Landmarks(positions, names)
+    return Landmarks(positions, names, points_scene=case.partners[paired], pairs=tuple(map(int, paired)))

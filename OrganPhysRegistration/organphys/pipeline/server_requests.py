@@ -85,7 +85,8 @@ class Requests:
         return {}
 
     def _update(self, request: Request, progress: Progress) -> dict[str, Any]:
-        outcome = self._loaded().updated(progress, **changes_of(request.fields))
+        session = self._loaded()
+        outcome = session.updated(progress, **changes_of(request.fields, session.state.case))
         return self._handed_out(live_part(outcome))
 
     def _settle(self, request: Request, progress: Progress) -> dict[str, Any]:
