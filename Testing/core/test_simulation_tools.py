@@ -151,7 +151,7 @@ def test_a_fast_tool_is_cut_into_steps_smaller_than_its_radius():
     assert substeps(tool, ToolPose(np.zeros(3)), ToolPose(np.array([0.001, 0, 0]))) == 1
     assert substeps(tool, ToolPose(np.zeros(3)), ToolPose(np.array([0.2 / 60, 0, 0]))) == 2
     turned = ToolPose(np.zeros(3), rotation_about(np.array([1.0, 0, 0]), 0.1))
-    assert substeps(tool, ToolPose(np.zeros(3)), turned) == int(np.ceil(0.1 * tool.extent / 0.003))
+    assert substeps(tool, ToolPose(np.zeros(3)), turned) == int(np.ceil(0.1 * tool.extent / 0.002))
 
 
 def test_a_path_through_a_tool_is_seen_and_one_past_it_is_not():
@@ -182,4 +182,4 @@ def test_sub_steps_count_what_moves_near_the_tissue():
     tip, shaft = np.array([[0, 0, 0.001]]), np.array([[0, 0.003, -0.09]])
     assert substeps_at(tool, ToolPose(np.zeros(3)), turned, tip) == 1
     way = 2 * np.hypot(0.09, 0.003) * np.sin(0.05)
-    assert substeps_at(tool, ToolPose(np.zeros(3)), turned, shaft) == int(np.ceil(way / 0.003))
+    assert substeps_at(tool, ToolPose(np.zeros(3)), turned, shaft) == int(np.ceil(way / 0.002))

@@ -10,7 +10,7 @@ from ..ground.checks import Array
 from .state import ToolPose
 from .tools import PlacedPart, Tool, place
 
-PART_OF_RADIUS = 1.2  # a tool moves at most so many of its radii within one sub-step
+PART_OF_RADIUS = 0.8  # a tool moves at most so many of its radii within one sub-step
 MOST_SUBSTEPS = 64
 SHORT = 0.7  # radii: it is farther to the middle of a part from all points less than 0.3 radii deep
 
