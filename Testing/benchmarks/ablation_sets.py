@@ -31,6 +31,11 @@ def last_level(**changes: float) -> Settings:
     return Settings(ElasticOptions(levels=(*levels[:-1], replace(levels[-1], **changes))))
 
 
+def energy_alone() -> Settings:
+    """Least elastic energy decides what is not seen, as in the paper, instead of the prior on loads."""
+    return Settings(ElasticOptions(levels=tuple(replace(level, loads=0.0) for level in ElasticOptions().levels)))
+
+
 def basis(**changes: float) -> Settings:
     """The default with another basis or material."""
     return Settings(basis=ReducedOrganOptions(**changes))
@@ -49,16 +54,19 @@ def rim_moved(pixels: float) -> Settings:
 SETS = {
     "default": Settings(),
     "no rim": data(rim_weight=0.0),
-    "rim weight 1": data(rim_weight=1.0),
+    "rim weight 0.5": data(rim_weight=0.5),
     "rim 0.2 px outwards": rim_moved(0.2),
     "rim 0.2 px inwards": rim_moved(-0.2),
     "no organ to splat": data(organ_weight=0.0),
     "point to plane only": data(plane=1.0),
     "normals unused in matching": data(normal_weight=0.0),
     "noise alike in all directions": data(lateral_noise=1.0),
-    "last alpha 0.04": last_level(alpha=0.04),
-    "last alpha 0.006": last_level(alpha=0.006),
-    "last tau 0.05": last_level(tau=0.05),
+    "elastic energy alone": energy_alone(),
+    "last alpha 0.03": last_level(alpha=0.03),
+    "last alpha 0.003": last_level(alpha=0.003),
+    "last tau 0.09": last_level(tau=0.09),
+    "last tau 0.15": last_level(tau=0.15),
+    "10 handles": basis(handles=10),
     "20 handles": basis(handles=20),
     "nu 0.35": basis(poissons_ratio=0.35),
 }

@@ -25,7 +25,7 @@ class DataOptions:
 
     splat_weight: float = 1.0
     organ_weight: float = 1.0
-    rim_weight: float = 0.5
+    rim_weight: float = 1.0
     plane: float = 0.9
     normal_weight: float = 0.3
     rim_window: float = 1.2

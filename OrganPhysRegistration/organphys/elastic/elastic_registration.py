@@ -50,8 +50,8 @@ class ElasticOptions:
     levels: tuple[ElasticLevel, ...] = (
         ElasticLevel(0.4, 0.15, 8),
         ElasticLevel(0.1, 0.12, 10),
-        ElasticLevel(0.04, 0.1, 14),
-        ElasticLevel(LAST_ALPHA["moderate"], 0.1, 20),
+        ElasticLevel(0.04, 0.12, 14),
+        ElasticLevel(LAST_ALPHA["moderate"], 0.12, 20),
     )
     data: DataOptions = field(default_factory=DataOptions)
     organ_points: int = 2200

@@ -3,6 +3,7 @@
 Clicks err by several millimetres, more than the surface terms do where the organ is seen (pulling all the way made
 seven cases with known truth worse even by exact clicks), so a pair within ``FREE_MM`` is left alone.
 """
+
 from __future__ import annotations
 
 import numpy as np

@@ -21,7 +21,8 @@ def write_tetrahedra(
 ) -> None:
     """Write the mesh, atomically; ``format``: "vtu" or "msh", else the ending.
 
-    vtu files carry radius_ratio per tetrahedron, Gmsh files physical group 1. InputError without meshio or for another format.
+    vtu files carry radius_ratio per tetrahedron, Gmsh files physical group 1. InputError without meshio or for another
+    format.
     """
     chosen = one_of(format or Path(path).suffix.lower().lstrip("."), "format of tetrahedra", tuple(FORMATS))
     check_tetrahedra()
