@@ -109,9 +109,11 @@ def _outermost_per_ray(
     candidates = np.flatnonzero(np.isfinite(near))
     if not len(candidates):
         return candidates, candidates, np.zeros(0)
-    offset = plane[candidates][None] - rim_points[:, None]
-    along = offset[..., 0] * rim_normals[:, :1] + offset[..., 1] * rim_normals[:, 1:]
-    across = offset[..., 1] * rim_normals[:, :1] - offset[..., 0] * rim_normals[:, 1:]
+    tangents = np.column_stack([-rim_normals[:, 1], rim_normals[:, 0]])
+    beside = plane[candidates].T
+    along, across = (
+        axes @ beside - np.einsum("ij,ij->i", axes, rim_points)[:, None] for axes in (rim_normals, tangents)
+    )
     along[(np.abs(across) >= window) | (np.abs(along) >= reach)] = -np.inf
     best = along.argmax(1)
     beyond = along[np.arange(len(best)), best]
