@@ -34,7 +34,9 @@ radius, pooled, in each region: **{met}**. Errors of one case are strongly corre
 than pooled ones. Fitted on all cases: {fitted}; the product holds {product}."""
 GRID = [
     PosteriorConstants(data=data, temperature=temperature)
-    for data, temperature in itertools.product((1.0, 1.5, 2.0, 3.0, 4.5), (7e-5, 1e-4, 1.5e-4, 2e-4, 3e-4, 4.5e-4))
+    for data, temperature in itertools.product(
+        (1.0, 1.5, 2.0, 3.0, 4.5), (3e-5, 5e-5, 7e-5, 1e-4, 1.5e-4, 2e-4, 3e-4, 4.5e-4, 7e-4)
+    )
 ]
 
 

@@ -2,9 +2,9 @@
 
 Precision of q = N / (k s^2) J^T W J + K / T + scale: J are the derivatives of the residuals along the normal, for a
 closest point says nothing about sliding; W their weights, summing to 1; s^2 and N the variance and the effective number
-of the residuals; K the Hessian of the mean elastic energy (Young's modulus 1) and T the energy that a degree of freedom
-of a real deformation holds on average, twice over (equipartition). Translation and rotation lie in the constant handle,
-which K does not feel: only the data holds them.
+of the residuals; K the Hessian of the prior of the last level (loads and mean elastic energy at a Young's modulus of 1)
+and T the cost by it that a degree of freedom of a real deformation holds on average, twice over (equipartition).
+Translation and rotation lie in the constant handle, which K does not feel: only the data holds them.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ class PosteriorConstants:
     temperature: T above; freedom: of the Student t that allows for s^2 and T being estimates.
     """
 
-    data: float = 2.0
-    temperature: float = 2e-4
+    data: float = 1.5
+    temperature: float = 3e-4
     freedom: float = 6.0
 
 
