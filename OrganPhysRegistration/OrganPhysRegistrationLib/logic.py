@@ -20,6 +20,7 @@ from organphys.ground.progress import Progress, no_progress
 from .dependencies import ensure_packages
 from .inputs.camera_input import camera_from_view
 from .inputs.sample_case import load_sample_case
+from .inputs.splat_landmarks import keep_on_splat
 from .inputs.splat_node import load_splat
 from .outputs.apply_transform import apply_to
 from .outputs.case_record import CaseNodes
@@ -101,6 +102,7 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
         splatNode: Any,
         *,
         landmarksNode: Any = None,
+        splatLandmarksNode: Any = None,
         camera: Sequence[float] | None = None,
         cameraFovDeg: float | None = None,
         roiNode: Any = None,
@@ -113,20 +115,21 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
     ) -> CaseNodes:
         """Register in this process and wait for the result: the case's nodes, transforms included.
 
-        segmentID: the organ's segment; landmarksNode: 1-2 points on the organ where the endoscope sees it; camera (3,):
-        endoscope in scene units, default the scene's origin; cameraFovDeg: full angle, degrees; roiNode: crop of the
-        splat; mmPerUnit, mmPerUnitPercent: mm per scene unit and its standard deviation in percent (0: exact);
-        stages: the last one is the one to reach; start (4, 4): T_scene_ct set by hand for the first of them;
-        progress(stage, fraction): raise organphys.Cancelled in it to stop, the scene is unchanged then. options: method
-        "organphys" | "paper", stiffness "conservative" | "moderate" | "aggressive" or a
-        number from 0.003 (soft) to 0.2, weights "rkpm" | "learned",
-        opacity (0..1), remove_floaters, close_holes, opening, seed, landmark_radius_mm.
+        segmentID: the organ's segment; landmarksNode: 1-2 points on the organ where the endoscope sees it;
+        splatLandmarksNode: the same points on the shown splat, matched by label, else by order; camera (3,): endoscope
+        in scene units, default the scene's origin; cameraFovDeg: full angle, degrees; roiNode: crop of the splat;
+        mmPerUnit, mmPerUnitPercent: mm per scene unit and its standard deviation in percent (0: exact); stages: the
+        last one is the one to reach; start (4, 4): T_scene_ct set by hand for the first of them; progress(stage,
+        fraction): raise organphys.Cancelled in it to stop, the scene is unchanged then. options: method "organphys" |
+        "paper", stiffness "conservative" | "moderate" | "aggressive" or a number from 0.003 (soft) to 0.2, weights
+        "rkpm" | "learned", opacity (0..1), remove_floaters, close_holes, opening, seed, landmark_radius_mm.
         """
         inputs = RunInputs(
             segmentation=segmentationNode,
             segment_id=segmentID,
             splat=splatNode,
             landmarks=landmarksNode,
+            splat_landmarks=splatLandmarksNode,
             roi=roiNode,
             camera_position=None if camera is None else tuple(float(x) for x in camera),
             camera_fov_deg=cameraFovDeg,
@@ -135,6 +138,7 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
             **options,
         )
         self._check(inputs, stages)
+        keep_on_splat(inputs.splat_landmarks, inputs.splat)
         written = write_case(outcome_of_inputs(inputs, stages, start, progress), inputs)
         self._runs.remember(written.case, written.undo)
         return written.case
@@ -160,6 +164,7 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
         try:
             inputs = parameters if isinstance(parameters, RunInputs) else inputs_from_parameters(parameters)
             self._check(inputs, stages)
+            keep_on_splat(inputs.splat_landmarks, inputs.splat)
             return self._runs.start(inputs, stages, callbacks, start=start)
         except InputError as error:
             onFailed("input", str(error))

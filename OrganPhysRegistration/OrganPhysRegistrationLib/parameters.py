@@ -17,6 +17,7 @@ MM_PER_UNIT = {UnitChoice.Millimetre: 1.0, UnitChoice.Centimetre: 10.0, UnitChoi
 class OrganPhysRegistrationParameterNode:
     """Lengths in mm unless the name says otherwise.
 
+    landmarks: on the organ, splatLandmarks: the same points on the splat, by label or in the same order;
     landmarkRadiusMm: 0 lets the method choose; cameraPosition: "[x, y, z]" in scene units and cameraFovDeg (0 unknown),
     used with cameraChoice FromView; mmPerUnit: used with unitChoice Custom; unitPercent: standard deviation of the
     stated unit, 0 means exact; opacity: Gaussians below it are hidden and left out; pointSize: pixels; caseID: the case
@@ -27,6 +28,7 @@ class OrganPhysRegistrationParameterNode:
     segmentID: str = ""
     splat: vtkMRMLModelNode
     landmarks: vtkMRMLMarkupsFiducialNode
+    splatLandmarks: vtkMRMLMarkupsFiducialNode
     roi: vtkMRMLMarkupsROINode
     landmarkRadiusMm: Annotated[float, WithinRange(0, 200)] = 0.0
     cameraChoice: CameraChoice = CameraChoice.SceneOrigin

@@ -49,6 +49,7 @@ def test_no_text_is_cut_off_at_420_pixels(host, module, parameters, loaded, scre
     parameters.unitChoice, parameters.cameraChoice = UnitChoice.Custom, CameraChoice.FromView
     parameters.mmPerUnit, parameters.unitPercent = 123.456, 100.0
     loaded["landmarks"].SetNthControlPointPositionWorld(0, 900, 0, 0)
+    place_on_splat(parameters)
     host.process()
     for name in ("inputs", "display", "register", "result", "advanced"):
         getattr(module.ui, f"{name}Button").collapsed = False
@@ -57,6 +58,14 @@ def test_no_text_is_cut_off_at_420_pixels(host, module, parameters, loaded, scre
     assert module.panel.width <= 420
     cut = [widget.name for widget in vars(module.ui).values() if text_is_cut(widget)]
     assert cut == []
+
+
+def place_on_splat(parameters):
+    """A point list with a long name and more points than there are landmarks on the organ."""
+    node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLMarkupsFiducialNode", "Landmarks on the splat of the first view")
+    for point in ([0, 0, 0], [1, 0, 0], [0, 1, 0]):
+        node.AddControlPoint(point)
+    parameters.splatLandmarks = node
 
 
 def text_is_cut(widget):

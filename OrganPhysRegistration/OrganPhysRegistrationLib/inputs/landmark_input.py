@@ -57,7 +57,7 @@ class SurfaceSnapping:
 
     def __init__(self, node: Any, surface: vtk.vtkPolyData) -> None:
         self._node, self._locator, self._busy = node, _locator(surface), False
-        _name_clearly(node)
+        name_clearly(node)
         events = (slicer.vtkMRMLMarkupsNode.PointPositionDefinedEvent, slicer.vtkMRMLMarkupsNode.PointModifiedEvent)
         self._tags = [node.AddObserver(event, self._changed) for event in events]
         self._changed()
@@ -82,7 +82,8 @@ class SurfaceSnapping:
             self._busy = False
 
 
-def _name_clearly(node: Any) -> None:
+def name_clearly(node: Any) -> None:
+    """Names that Slicer made up become "Landmark 1", "Landmark 2"; those of the user stay."""
     if node.GetControlPointLabelFormat() == SLICER_FORMAT:
         node.SetControlPointLabelFormat(FORMAT)
     for index in range(node.GetNumberOfControlPoints()):

@@ -17,7 +17,7 @@ def landmark_points(node: Any) -> tuple[Array, list[str]]:
     positions, names = [], []
     for index in placed(node)[:USED]:
         positions.append(position_of(node, index))
-        names.append(node.GetNthControlPointLabel(index).strip() or f"Landmark {len(positions)}")
+        names.append(name_of(node, index, len(positions)))
     return np.array(positions, dtype=np.float64).reshape(-1, 3), names
 
 
@@ -28,6 +28,11 @@ def placed(node: Any) -> list[int]:
     defined = slicer.vtkMRMLMarkupsNode.PositionDefined
     count = node.GetNumberOfControlPoints()
     return [index for index in range(count) if node.GetNthControlPointPositionStatus(index) == defined]
+
+
+def name_of(node: Any, index: int, number: int) -> str:
+    """Label of a point; one without a label is called by its ``number`` among the placed ones."""
+    return node.GetNthControlPointLabel(index).strip() or f"Landmark {number}"
 
 
 def position_of(node: Any, index: int) -> Array:

@@ -16,6 +16,7 @@ from .pose_section import PoseSection
 from .register_section import RegisterSection
 from .result_section import ResultSection
 from .sequence_section import SequenceSection
+from .splat_landmarks_section import SplatLandmarksSection
 from .unit_section import UnitSection
 from .weights_section import WeightsSection
 
@@ -29,6 +30,7 @@ def build_panel(ui: Any, logic: Any) -> Panel:
         UnitSection(panel),
         CameraSection(panel),
         LandmarksSection(panel),
+        SplatLandmarksSection(panel),
         WeightsSection(panel),
         DisplaySection(panel),
         register,

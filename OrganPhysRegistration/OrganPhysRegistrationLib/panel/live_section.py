@@ -7,6 +7,7 @@ from typing import Any
 from slicer.i18n import tr as _
 
 from ..choices import Method, Stiffness
+from ..runs.live_updates import PLACES
 from ..runs.run_inputs import inputs_from_parameters
 from ..stiffness_scale import percent_of
 from .section import Section, guarded
@@ -34,6 +35,8 @@ class LiveSection(Section):
         ui.liveCheckBox.enabled = self.live is not None or (
             ours and not self._register.running and self.panel.case() is not None
         )
+        if self.live is not None and self.live.inputs.splat_landmarks is not parameters.splatLandmarks:
+            self.live.stop(PLACES)
         if self.live is not None:
             self.live.set_stiffness_if_new(inputs_from_parameters(parameters).stiffness)
 

@@ -90,7 +90,8 @@ class Panel(VTKObservationMixin):
 
     def leave(self) -> None:
         """The user goes to another module: point placing ends, a run goes on."""
-        self.ui.landmarksPlaceWidget.setPlaceModeEnabled(False)
+        for widget in (self.ui.landmarksPlaceWidget, self.ui.splatLandmarksPlaceWidget):
+            widget.setPlaceModeEnabled(False)
 
     def case(self) -> CaseNodes | None:
         """The case whose results are shown, as of the last refresh."""

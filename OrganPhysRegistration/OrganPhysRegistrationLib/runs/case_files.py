@@ -8,6 +8,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+from organphys.points.point_sets import Landmarks
+
 from .gathered_case import GatheredCase, gather
 from .run_inputs import RunInputs
 from .warm_session import case_digest
@@ -15,10 +17,11 @@ from .warm_session import case_digest
 
 @dataclass(frozen=True)
 class SavedCase:
-    """file: name of the case file in the shared folder; digest: fingerprint of all that is in it."""
+    """file: name of the case file in the shared folder; digest: fingerprint of its content; landmarks: those in it."""
 
     file: str
     digest: str
+    landmarks: Landmarks | None = None
 
 
 def save_case_steps(inputs: RunInputs, folder: Path) -> Generator[None, None, SavedCase]:
@@ -27,7 +30,7 @@ def save_case_steps(inputs: RunInputs, folder: Path) -> Generator[None, None, Sa
     yield
     digest = case_digest(case)
     yield
-    return SavedCase(_save(case, folder), digest)
+    return SavedCase(_save(case, folder), digest, case.landmarks)
 
 
 def outcome_steps(folder: Path) -> Generator[None, None, Any]:

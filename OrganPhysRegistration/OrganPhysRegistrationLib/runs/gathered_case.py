@@ -10,9 +10,9 @@ import numpy as np
 
 from organphys.points.point_sets import Box, Camera, GaussianCloud, Landmarks, SceneUnit
 
-from ..inputs.landmark_input import landmark_points
 from ..inputs.roi_input import scene_box
 from ..inputs.segment_input import SegmentMask, segment_mask
+from ..inputs.splat_landmarks import case_landmarks
 from ..inputs.splat_node import splat_arrays
 from .run_inputs import RunInputs
 
@@ -42,7 +42,7 @@ def gather(inputs: RunInputs) -> Generator[None, None, GatheredCase]:
     return GatheredCase(
         segment=segment,
         splat=splat,
-        landmarks=_landmarks(inputs.landmarks),
+        landmarks=case_landmarks(inputs.landmarks, inputs.splat_landmarks, inputs.splat),
         camera=_camera(inputs),
         box=scene_box(inputs.roi, inputs.splat),
         unit=None if inputs.mm_per_unit is None else SceneUnit(inputs.mm_per_unit, inputs.unit_percent),
@@ -59,13 +59,6 @@ def gather(inputs: RunInputs) -> Generator[None, None, GatheredCase]:
         close_holes=inputs.close_holes,
         provenance=_provenance(inputs),
     )
-
-
-def _landmarks(node: Any) -> Landmarks | None:
-    if node is None or node.GetNumberOfDefinedControlPoints() == 0:
-        return None
-    positions, names = landmark_points(node)
-    return Landmarks(positions, tuple(names))
 
 
 def _camera(inputs: RunInputs) -> Camera:

@@ -12,6 +12,7 @@ from organphys.ground.checks import InputError
 from ..inputs.roi_input import scene_box
 from ..inputs.segment_checks import checked_place, checked_segment, is_empty
 from ..inputs.splat_display import visible_gaussians
+from ..inputs.splat_landmarks import case_landmarks
 from ..inputs.splat_node import checked_splat, is_splat
 from .run_inputs import RunInputs, inputs_from_parameters
 
@@ -98,6 +99,12 @@ def _landmark_problems(inputs: RunInputs) -> list[str]:
     count = 0 if inputs.landmarks is None else inputs.landmarks.GetNumberOfDefinedControlPoints()
     if inputs.method == "paper" and count == 0:
         return ["the paper's method needs a landmark: place 1 or 2 on the organ, or choose the OrganPhys method"]
+    if inputs.splat_landmarks is None or not is_splat(inputs.splat):
+        return []
+    try:
+        case_landmarks(inputs.landmarks, inputs.splat_landmarks, inputs.splat)
+    except InputError as error:
+        return [str(error)]
     return []
 
 

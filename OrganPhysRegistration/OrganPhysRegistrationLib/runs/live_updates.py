@@ -18,8 +18,10 @@ import qt
 import slicer
 
 from organphys.ground.checks import InputError
+from organphys.points.point_sets import Landmarks
 
 from ..inputs.landmark_list import landmark_points
+from ..inputs.splat_landmarks import case_landmarks, same_places
 from ..outputs.case_nodes import CaseNodes
 from ..outputs.live_case import write_live
 from ..outputs.undo import RunUndo, begin_run
@@ -36,6 +38,10 @@ WAIT_MS, LONGEST_WAIT_S = 50, 0.25  # after the last change; and after the first
 STILL_MS = 1200
 LET_FINISH_S = 0.3
 LOST = "The registration process has forgotten this case: press Register, then switch live update on again."
+PLACES = (
+    "Landmarks on the splat have changed, which live update cannot follow: press Register, then switch live update on "
+    "again."
+)
 
 
 @dataclass(frozen=True)
@@ -65,7 +71,11 @@ class LiveUpdates:
         self._work: SteppedWork | None = None
         self._slots = (self._fire, self._settle)  # PythonQt keeps no reference to bound methods
         self._wait, self._still = _timer(WAIT_MS, self._slots[0]), _timer(STILL_MS, self._slots[1])
-        self._tags = self._observe(inputs.landmarks)
+        self._placed = self._landmarks()
+        self._tags = [
+            *self._observe(inputs.landmarks, self.touch),
+            *self._observe(inputs.splat_landmarks, self.check_places),
+        ]
         self._scene_tag = slicer.mrmlScene.AddObserver(slicer.vtkMRMLScene.StartCloseEvent, self._scene_closing)
         session.detached()
         self._ask("preparing", "prepare", self._prepared)
@@ -90,6 +100,19 @@ class LiveUpdates:
         if now - self._waiting_since < LONGEST_WAIT_S or not self._wait.isActive():
             self._wait.start()
 
+    def check_places(self, *_event: Any) -> bool:
+        """Ends the updates, and tells why, where landmarks on the splat have moved, or pair up differently now."""
+        if self.state == "off" or self.inputs.splat_landmarks is None:
+            return self.state != "off"
+        try:
+            same = same_places(self._placed, self._landmarks())
+        except InputError as error:
+            self.stop(sentence(str(error)))
+            return False
+        if not same:
+            self.stop(PLACES)
+        return same
+
     def stop(self, message: str = "") -> None:
         """Off; what is shown stays, what runs is given up."""
         if self.state == "off":
@@ -105,12 +128,15 @@ class LiveUpdates:
             self._process.cancel()
         self._tell.ended(message)
 
-    def _observe(self, landmarks: Any) -> list[tuple[Any, int]]:
+    def _landmarks(self) -> Landmarks | None:
+        return case_landmarks(self.inputs.landmarks, self.inputs.splat_landmarks, self.inputs.splat)
+
+    def _observe(self, landmarks: Any, slot: Callable[..., Any]) -> list[tuple[Any, int]]:
         if landmarks is None:
             return []
         kind = slicer.vtkMRMLMarkupsNode
         events = (kind.PointModifiedEvent, kind.PointPositionDefinedEvent, kind.PointRemovedEvent)
-        return [(landmarks, landmarks.AddObserver(event, self.touch)) for event in events]
+        return [(landmarks, landmarks.AddObserver(event, slot)) for event in events]
 
     def _changes(self) -> dict[str, Any]:
         """What the child is told of the inputs as they are now."""
@@ -138,6 +164,8 @@ class LiveUpdates:
 
     def _update(self) -> None:
         self._pending = False
+        if not self.check_places():
+            return
         wanted = self._changes()
         changed = {name: value for name, value in wanted.items() if value != self._sent[name]}
         if "names" in changed or "landmarks" in changed:

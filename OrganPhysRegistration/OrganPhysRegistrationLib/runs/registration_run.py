@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from organphys.ground.checks import Array, InputError
+from organphys.points.point_sets import Landmarks
 
 from ..outputs.case_record import CaseNodes
 from ..outputs.undo import RunUndo
@@ -51,6 +52,7 @@ class RegistrationRun:
         self.inputs, self.state = inputs, "preparing"
         self.case: CaseNodes | None = None
         self.undo: RunUndo | None = None
+        self.landmarks: Landmarks | None = None  # as registered, once the nodes are read
         self._session, self._stages, self._tell, self._on_end = session, tuple(stages), callbacks, on_end
         self._start = None if start is None else [[float(x) for x in row] for row in start]
         self._requests = StageRequests(
@@ -84,7 +86,7 @@ class RegistrationRun:
         self._work = SteppedWork(steps, on_done=on_done, on_error=self._step_failed)
 
     def _prepared(self, saved: SavedCase) -> None:
-        self.state = "running"
+        self.state, self.landmarks = "running", saved.landmarks
         self._requests.begin(saved, self._stages, self._start)
         self._live.start(self._session.faces)  # those of another organ are forgotten by now
 

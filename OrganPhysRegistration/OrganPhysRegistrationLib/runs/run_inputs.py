@@ -17,9 +17,10 @@ class RunInputs:
     """Nodes of the scene and settings.
 
     segmentation, segment_id: the organ; splat: model node of ``inputs.splat_node``; landmarks: markups on the organ's
-    surface; roi: crop of the splat; camera_position (3,): endoscope in scene units, None for the scene's origin;
-    camera_fov_deg: full angle, degrees; mm_per_unit: mm per scene unit if known, unit_percent its standard deviation
-    in percent (0: exact); landmark_radius_mm: None lets the method choose; opacity: Gaussians below are left out.
+    surface; splat_landmarks: markups with the same points on the splat; roi: crop of the splat; camera_position (3,):
+    endoscope in scene units, None for the scene's origin; camera_fov_deg: full angle, degrees; mm_per_unit: mm per
+    scene unit if known, unit_percent its standard deviation in percent (0: exact); landmark_radius_mm: None lets the
+    method choose; opacity: Gaussians below are left out.
     """
 
     segmentation: Any
@@ -27,6 +28,7 @@ class RunInputs:
     splat: Any
     landmarks: Any = None
     roi: Any = None
+    splat_landmarks: Any = None
     camera_position: tuple[float, float, float] | None = None
     camera_fov_deg: float | None = None
     mm_per_unit: float | None = None
@@ -49,6 +51,7 @@ class RunInputs:
             "splat": self.splat,
             "landmark list": self.landmarks,
             "region of interest": self.roi,
+            "landmark list on the splat": self.splat_landmarks,
         }
 
 
@@ -63,6 +66,7 @@ def inputs_from_parameters(parameters: Any) -> RunInputs:
         splat=parameters.splat,
         landmarks=parameters.landmarks,
         roi=parameters.roi,
+        splat_landmarks=getattr(parameters, "splatLandmarks", None),
         camera_position=camera_position_of(parameters.cameraPosition) if from_view else None,
         camera_fov_deg=(parameters.cameraFovDeg or None) if from_view else None,
         mm_per_unit=stated_mm_per_unit(parameters),

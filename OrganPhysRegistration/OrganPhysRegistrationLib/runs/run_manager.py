@@ -9,7 +9,9 @@ from typing import Any
 import slicer
 
 from organphys.ground.checks import InputError
+from organphys.points.point_sets import Landmarks
 
+from ..inputs.splat_landmarks import case_landmarks, same_places
 from ..outputs.case_nodes import case_of
 from ..outputs.case_record import CaseNodes
 from ..outputs.undo import RunUndo
@@ -37,6 +39,7 @@ class RunManager:
         self.live: LiveUpdates | None = None
         self.sequence: SequenceRun | None = None
         self._registered: RunInputs | None = None
+        self._landmarks: Landmarks | None = None  # of the run that was registered
         self._slot = self.stop  # PythonQt keeps no reference to a bound method
         slicer.app.connect("aboutToQuit()", self._slot)
 
@@ -81,6 +84,8 @@ class RunManager:
         if inputs.method != "organphys":
             raise InputError("Live update: only the method OrganPhys is quick enough; choose it and press Register.")
         if case is None or not self._session.registered or not _same(inputs, self._registered):
+            raise InputError(NOT_REGISTERED)
+        if not same_places(self._landmarks, case_landmarks(inputs.landmarks, inputs.splat_landmarks, inputs.splat)):
             raise InputError(NOT_REGISTERED)
         self.stop_live()
         self.live = LiveUpdates(self._session, inputs, case, callbacks)
@@ -137,7 +142,7 @@ class RunManager:
     def _run_ended(self, run: RegistrationRun) -> None:
         if run.case is not None and run.undo is not None:
             self.remember(run.case, run.undo)
-            self._registered = run.inputs
+            self._registered, self._landmarks = run.inputs, run.landmarks
 
 
 def _same(inputs: RunInputs, registered: RunInputs | None) -> bool:
