@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-SOFTEST, STIFFEST = 0.003, 0.2  # RegisterOptions takes numbers in this range
-PRESETS = {"aggressive": 0.006, "moderate": 0.015, "conservative": 0.04}
+from organphys.ground.stiffness import ALPHA_RANGE, PRESET_ALPHA
+
+SOFTEST, STIFFEST = ALPHA_RANGE
 
 
 def alpha_of(percent: float) -> float:
@@ -16,7 +17,7 @@ def alpha_of(percent: float) -> float:
 
 def percent_of(preset: str) -> float:
     """Place of a preset on the slider, rounded to 1 %."""
-    return float(round(100 * math.log(PRESETS[preset] / SOFTEST) / math.log(STIFFEST / SOFTEST)))
+    return float(round(100 * math.log(PRESET_ALPHA[preset] / SOFTEST) / math.log(STIFFEST / SOFTEST)))
 
 
 def stiffness_of(choice: str, percent: Any) -> str | float:

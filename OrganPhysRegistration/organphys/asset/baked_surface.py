@@ -18,8 +18,8 @@ CHUNK = 8192
 
 @dataclass(frozen=True)
 class BakedSurface:
-    """phi (Nv, 4H) at the vertices (Nv, 3; CT mm) and its gradient (3, Nv, 4H), single precision: some 35 MB for
-    70,000 vertices and 10 handles."""
+    """phi (Nv, 4H) at the vertices (Nv, 3; CT mm) and its gradient (3, Nv, 4H), single precision: some 140 MB for
+    70,000 vertices and 32 handles."""
 
     phi: Array
     gradient: NDArray[np.float32]

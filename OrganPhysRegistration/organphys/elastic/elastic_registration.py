@@ -17,6 +17,7 @@ from ..align.splat_view import SplatView
 from ..ground.checks import Array, one_of
 from ..ground.frames import Similarity, fit_similarity
 from ..ground.solve_report import SolveReport, Stop
+from ..ground.stiffness import PRESET_ALPHA
 from ..points.sampling import random_subset
 from .data_terms import DataOptions, organ_matches, rim_matches, splat_matches
 from .joint_scale import ScalePrior, Stiffness, data_quadratic, solve
@@ -40,7 +41,6 @@ class ElasticLevel:
 
 SHORT = (ElasticLevel(0.4, 0.15, 5, 0.0), ElasticLevel(0.1, 0.12, 5, 0.0), ElasticLevel(0.04, 0.09, 5, 0.0))
 TOO_LITTLE = 1e-3  # mean robust weight of the matches under which organ and splat do not meet at all
-LAST_ALPHA = {"conservative": 0.03, "moderate": 0.009, "aggressive": 0.003}
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class ElasticOptions:
         ElasticLevel(0.4, 0.15, 8),
         ElasticLevel(0.1, 0.12, 10),
         ElasticLevel(0.04, 0.12, 14),
-        ElasticLevel(LAST_ALPHA["moderate"], 0.12, 20),
+        ElasticLevel(PRESET_ALPHA["moderate"], 0.12, 20),
     )
     data: DataOptions = field(default_factory=DataOptions)
     organ_points: int = 2200
@@ -63,7 +63,7 @@ class ElasticOptions:
         """Presets name the last alpha: conservative 0.03, moderate 0.009 (default), aggressive 0.003; or a number."""
         if not isinstance(preset, str):
             return cls.down_to(float(preset))
-        return cls.down_to(LAST_ALPHA[one_of(preset, "stiffness", tuple(LAST_ALPHA))])
+        return cls.down_to(PRESET_ALPHA[one_of(preset, "stiffness", tuple(PRESET_ALPHA))])
 
     @classmethod
     def down_to(cls, last: float) -> ElasticOptions:

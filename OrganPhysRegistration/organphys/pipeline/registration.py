@@ -16,6 +16,7 @@ from ..ground.checks import Array, InputError, as_positive, one_of
 from ..ground.frames import Similarity
 from ..ground.notices import Notice
 from ..ground.solve_report import SolveReport
+from ..ground.stiffness import ALPHA_RANGE
 from ..points.point_sets import Camera, SceneUnit
 from .fit_evidence import FitEvidence
 from .verdict import Verdict
@@ -23,7 +24,6 @@ from .verdict import Verdict
 METHODS = ("organphys", "paper")
 AMBIGUOUS = 0.05  # a second best pose within this fraction of the best cost is told
 STIFFNESS = ("conservative", "moderate", "aggressive")
-ALPHA = (0.003, 0.2)
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class RegisterOptions:
     """Method and its settings. ``opacity``: threshold of the splat; ``weights``: skinning weights of the paper method;
     ``clean``: remove outliers and small clusters from the splat first; ``landmark_radius_mm``: radius of the Hann
     weights (paper method), distance within which a landmark counts as met (default method); None: automatic.
-    ``stiffness``: one of STIFFNESS; or, default method, a number within ALPHA: the weight of the elastic energy in
-    the end (moderate is 0.015, larger is stiffer)."""
+    ``stiffness``: one of STIFFNESS; or, default method, a number within ALPHA_RANGE: the weight of the prior
+    in the end (moderate is 0.009, larger is stiffer)."""
 
     method: str = "organphys"
     stiffness: str | float = "moderate"
@@ -54,8 +54,9 @@ class RegisterOptions:
     def _check_stiffness(self) -> None:
         if isinstance(self.stiffness, str) or self.method == "paper":
             one_of(str(self.stiffness), "stiffness", STIFFNESS)
-        elif not ALPHA[0] <= self.stiffness <= ALPHA[1]:
-            raise InputError(f"stiffness: expected a number from {ALPHA[0]} to {ALPHA[1]}, got {self.stiffness}")
+        elif not ALPHA_RANGE[0] <= self.stiffness <= ALPHA_RANGE[1]:
+            low, high = ALPHA_RANGE
+            raise InputError(f"stiffness: expected a number from {low} to {high}, got {self.stiffness}")
 
 
 @dataclass(frozen=True)
