@@ -7,7 +7,7 @@ import copy
 import numpy as np
 import pytest
 from scene_examples import POSE, bend, bumpy_organ, seen_from_camera
-from session_examples import small_problem
+from session_examples import tiny_problem
 
 from organphys.ground.checks import InputError
 from organphys.ground.frames import Similarity, rotation_about
@@ -20,18 +20,18 @@ from organphys.points.point_sets import Landmarks, SceneUnit
 
 @pytest.fixture(scope="module", autouse=True)
 def small():
-    with small_problem():
+    with tiny_problem():
         yield
 
 
 @pytest.fixture(scope="module")
 def organ():
-    return bumpy_organ()
+    return bumpy_organ(rings=28, around=48, voxel_mm=5.0)
 
 
 @pytest.fixture(scope="module")
 def seen(organ):
-    return seen_from_camera(organ, deformation=bend)
+    return seen_from_camera(organ, deformation=bend, count=4500)
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +92,7 @@ def test_moved_landmark_needs_no_search(organ, seen, landmark, session, monkeypa
     moved = Landmarks(landmark.positions + np.array([6.0, -4.0, 3.0]), landmark.names)
     outcome = session.updated(landmarks=moved)
     monkeypatch.undo()
-    with small_problem():
+    with tiny_problem():
         expected = full_run(organ, seen, moved)
         assert distance_mm(outcome, expected) < 0.5
         settled = session.settled()
@@ -158,7 +158,7 @@ def test_landmark_known_on_the_splat_is_fitted_anew(organ, seen, session):
     row = int(np.argmin(seen.points[:, 2]))
     pair = Landmarks(seen.points_ct[[row]], ("pair",), points_scene=seen.points[[row]])
     outcome = session.updated(landmarks=pair)
-    with small_problem():
+    with tiny_problem():
         settled = session.settled()
         assert distance_mm(settled, full_run(organ, seen, pair)) < 1e-6
     assert distance_mm(outcome, settled) < 3.0
