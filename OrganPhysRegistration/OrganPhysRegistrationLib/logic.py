@@ -121,7 +121,7 @@ class OrganPhysRegistrationLogic(ScriptedLoadableModuleLogic):
         mmPerUnit, mmPerUnitPercent: mm per scene unit and its standard deviation in percent (0: exact); stages: the
         last one is the one to reach; start (4, 4): T_scene_ct set by hand for the first of them; progress(stage,
         fraction): raise organphys.Cancelled in it to stop, the scene is unchanged then. options: method "organphys" |
-        "paper", stiffness "conservative" | "moderate" | "aggressive" or a number from 0.003 (soft) to 0.2, weights
+        "paper", stiffness "conservative" | "moderate" | "aggressive" or a number from 0.001 (soft) to 0.2, weights
         "rkpm" | "learned", opacity (0..1), remove_floaters, close_holes, opening, seed, landmark_radius_mm.
         """
         inputs = RunInputs(

@@ -8,6 +8,7 @@ from slicer import vtkMRMLMarkupsFiducialNode, vtkMRMLMarkupsROINode, vtkMRMLMod
 from slicer.parameterNodeWrapper import WithinRange, parameterNodeWrapper
 
 from .choices import CameraChoice, Method, OverlayIn, SkinningWeights, Stage, Stiffness, SurfaceColour, UnitChoice
+from .stiffness_scale import percent_of
 
 LEAST_UNIT_MM, LARGEST_UNIT_MM = 1e-4, 1e6  # what can be entered; the field shows four decimals
 MM_PER_UNIT = {UnitChoice.Millimetre: 1.0, UnitChoice.Centimetre: 10.0, UnitChoice.Metre: 1000.0}
@@ -39,7 +40,7 @@ class OrganPhysRegistrationParameterNode:
     unitPercent: Annotated[float, WithinRange(0, 100)] = 0.0
     method: Method = Method.OrganPhys
     stiffness: Stiffness = Stiffness.Moderate
-    stiffnessPercent: Annotated[float, WithinRange(0, 100)] = 38.0
+    stiffnessPercent: Annotated[float, WithinRange(0, 100)] = percent_of("moderate")
     weights: SkinningWeights = SkinningWeights.Rkpm
     opacity: Annotated[float, WithinRange(0, 1)] = 0.1
     pointSize: Annotated[float, WithinRange(1, 20)] = 4.0
