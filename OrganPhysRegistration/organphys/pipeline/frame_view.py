@@ -1,4 +1,4 @@
-"""The splat of one time step made into a target quickly: fewer Gaussians than for a registration from nothing."""
+"""The splat of one time step made into a target quickly: cleaned by a subset of its Gaussians, with all of its rim."""
 
 from __future__ import annotations
 
@@ -17,15 +17,9 @@ from ..points.target_selection import CleaningOptions
 from .registration import RegisterOptions
 from .scene import select_scene
 
-QUICK = SplatSurfaceOptions(
-    centres=9000,
-    dense=40_000,
-    cleaning=CleaningOptions(neighbours=8, rounds=1),
-    normal_neighbours=16,
-    samples=2000,
-)
-"""A quarter of the time of the full view. Followed on, liver and spleen of the dev cases change by about as much
-as with another random subset of the same splat."""
+QUICK = SplatSurfaceOptions(cleaning=CleaningOptions(rounds=1, most=9000), normal_neighbours=12)
+"""Three quarters of the time of the full view. Outliers are judged on a subset, yet mask, rim and patches keep all
+points: with a quarter of them a followed liver was 0.5 mm less exact."""
 REACH = 0.35  # of the organ's rms radius: how far from where it was the organ is looked for in a cluttered scene
 
 

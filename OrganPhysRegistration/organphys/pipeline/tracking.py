@@ -31,9 +31,9 @@ class FollowOptions:
     ``by``, or where the share of its surface that is seen falls below ``seen`` of the usual one; then the whole search
     is run on that frame, unless ``restart`` is off."""
 
-    damping: float = 0.05
+    damping: float = 0.02
     scale_percent: float = 0.0
-    steps: int = 8
+    steps: int = 6
     worse: float = 1.4
     by: float = 0.1
     seen: float = 0.5
