@@ -239,6 +239,11 @@ def test_a_failure_leaves_older_results(case: SampleCase, tmp_path: Path, capsys
     assert (tmp_path / "report.html").read_text() == "older"
 
 
+def heed_ctrl_c() -> None:
+    """A shell makes what it runs in the background, and all children of that, ignore Ctrl-C: these tests too."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent the POSIX way")
 @pytest.mark.parametrize(
     ("stage", "number"), [("read", signal.SIGINT), ("coarse", signal.SIGTERM), ("elastic", signal.SIGINT)]
@@ -246,7 +251,9 @@ def test_a_failure_leaves_older_results(case: SampleCase, tmp_path: Path, capsys
 def test_ctrl_c_leaves_nothing(case: SampleCase, tmp_path: Path, stage: str, number: int) -> None:
     out = tmp_path / "out"
     command = [sys.executable, "-m", "organphys", *arguments(case), "--out", str(out)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heed_ctrl_c
+    ) as process:
         assert process.stderr is not None
         for line in process.stderr:
             if line.rstrip().endswith(stage):
