@@ -2,8 +2,9 @@
 
     python Testing/benchmarks/ablation.py DIR [--seeds 3] [--sets NAME,...] [--stress NAME,...]
 
-Prints a table: every set without and with the unit, then the default under each stress. The start of a case and seed
-is found once and shared by the sets; the truth serves the evaluation (and the unit, where it is given) only.
+Every set without and with the unit, then the default under each stress; prints the table and writes it as its part of
+RESULTS.md. The start of a case and seed is found once and shared by the sets; the truth serves the evaluation (and the
+unit, where it is given) only.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from pathlib import Path
 import numpy as np
 from ablation_sets import SETS, Settings
 from case_inputs import CaseInputs, read_case
+from measured import how
+from results_file import write_part
 from stress import STRESSES
 
 from organphys.elastic.elastic_registration import register_elastically
@@ -28,6 +31,8 @@ from organphys.pipeline.organ_in_scene import organ_in_scene
 from organphys.pipeline.scale_checks import scale_prior, unit_scale
 
 Result = tuple[float, float]
+TITLE = "# Ablation of the elastic stage"
+ABOUT = "Mean TRE / oracle over the seeds per case; mean and worst over the cases; one setting changed at a time."
 
 
 def main() -> None:
@@ -36,6 +41,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--sets", default=",".join(SETS), help=f"rows of the table: {', '.join(SETS)}")
     parser.add_argument("--stress", default="", help=f"all, or some of: {', '.join(STRESSES)}".replace("%", "%%"))
+    parser.add_argument("--out", type=Path, default=Path(__file__).with_name("RESULTS.md"), help="table to write")
     arguments = parser.parse_args()
     folders = sorted(path.parent for path in arguments.folder.glob("*/case.json"))
     if not folders:
@@ -51,7 +57,11 @@ def main() -> None:
             for name, result in _runs(case, sets, chosen, seed):
                 rows.setdefault(name, [[] for _ in folders])[folders.index(folder)].append(result)
         print(f"{folder.name} done", file=sys.stderr, flush=True)
-    print(_table(rows, [folder.name for folder in folders]))
+    table = _table(rows, [folder.name for folder in folders])
+    command = f"python Testing/benchmarks/ablation.py {arguments.folder.name} --seeds {arguments.seeds}"
+    command += f" --sets '{arguments.sets}'" + (f" --stress '{arguments.stress}'" if arguments.stress else "")
+    write_part(arguments.out, f"{TITLE}\n\n{how(command)}\n\n{ABOUT}\n\n{table}")
+    print(table)
 
 
 def _runs(
