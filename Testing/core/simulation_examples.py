@@ -42,9 +42,12 @@ def box_surface(size: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 @lru_cache(maxsize=8)
-def box_shape(handles: int = 8, sample_spacing: float = 2e-3) -> RestShape:
-    points = box_grid(SIZE, 0.005)
+def box_shape(handles: int = 8, sample_spacing: float = 2e-3, beside: float = 0.0) -> RestShape:
+    """The box, ``beside`` m along y from the origin."""
+    shift = np.array([0, beside, 0])
+    points = box_grid(SIZE, 0.005) + shift
     vertices, faces = box_surface(SIZE, 0.005)
+    vertices = vertices + shift
     volumes = np.full(len(points), SIZE.prod() / len(points))
     return rest_shape(
         points,

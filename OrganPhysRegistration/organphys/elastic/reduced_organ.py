@@ -56,6 +56,16 @@ class ReducedOrgan:
         """Deformed surface samples (S, 3), normalised CT frame."""
         return self.samples.points + self.phi @ z
 
+    def displacement(self, other: ReducedOrgan, z: Array) -> Array:
+        """Displacements (Q, 3) by this basis at the quadrature points of another reduction of the same organ."""
+        moved: Array = self.basis.phi(other.elasticity.points) @ z
+        return moved
+
+    def coordinates(self, displacement: Array) -> Array:
+        """Z (4H, 3) nearest to displacements (Q, 3) at the quadrature points, over which the basis is orthonormal."""
+        fitted: Array = self.phi_volume.T @ displacement / len(displacement)
+        return fitted
+
     def normals(self, z: Array) -> Array:
         """Unit normals (S, 3) of the deformed surface: cof(F) N (Nanson's formula)."""
         columns = [self.phi_gradient[m] @ z for m in range(3)]

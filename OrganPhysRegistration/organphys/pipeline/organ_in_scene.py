@@ -70,7 +70,7 @@ def _score(method: DefaultMethod) -> float:
 def _same_organ(method: DefaultMethod, case: Case) -> DefaultMethod:
     """The method for another scene with the same surface samples and basis."""
     other = DefaultMethod(case)
-    vars(other).update(samples=method.samples, organ=method.organ)
+    vars(other).update(samples=method.samples, rough_organ=method.rough_organ)
     return other
 
 

@@ -26,7 +26,7 @@ from .stages import OnSurface
 from .start_pool import StartPool, coarse_of
 
 UNCHANGED: Any = object()
-SHARED = ("samples", "view", "organ")  # of a method: they depend on organ, splat, camera and seed alone
+SHARED = ("samples", "view", "organ", "rough_organ")  # of a method: they depend on organ, splat, camera and seed alone
 
 
 @dataclass(frozen=True)
