@@ -11,13 +11,14 @@ from scipy.spatial import cKDTree
 
 from organphys.align.rim import find_rim
 from organphys.align.splat_view import SplatView
-from organphys.elastic.elastic_registration import LAST_ALPHA, ElasticOptions, ElasticState, register_elastically
+from organphys.elastic.elastic_registration import ElasticOptions, ElasticState, register_elastically
 from organphys.elastic.joint_scale import ScalePrior
 from organphys.elastic.reduced_organ import ReducedOrgan, ReducedOrganOptions, reduce_organ
 from organphys.ground.checks import InputError
 from organphys.ground.frames import Similarity, fit_similarity
 from organphys.ground.progress import Cancelled
 from organphys.ground.solve_report import Stop
+from organphys.ground.stiffness import PRESET_ALPHA
 from organphys.pipeline.elastic_recorder import ElasticRecorder
 from organphys.points.surface_samples import sample_surface
 
@@ -167,7 +168,7 @@ def test_softer_presets_fit_closer(bent_case):
 
 
 def test_presets_end_at_their_alpha():
-    for preset, alpha in LAST_ALPHA.items():
+    for preset, alpha in PRESET_ALPHA.items():
         levels = ElasticOptions.stiffness(preset).levels
         assert levels[-1].alpha == alpha
         assert all(a.alpha > b.alpha for a, b in pairwise(levels))
