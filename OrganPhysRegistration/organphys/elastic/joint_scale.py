@@ -19,6 +19,7 @@ from .matches import Matches
 from .reduced_organ import ReducedOrgan
 
 PINNED = 1e6  # stiffness that holds gamma where the unit is known
+ROUNDING = 1e-6  # of the largest entry: keeps a Hessian summed in single precision positive definite
 
 
 @dataclass(frozen=True)
@@ -99,9 +100,8 @@ def solve(
         data.hessian[:-1, :-1] += stiffness.alpha * stiffness.loads * load_hessian(organ, z)
     preconditioner = data.hessian.copy()
     preconditioner[:-1, :-1] += alpha * organ.rest_hessian
-    preconditioner[np.diag_indices_from(preconditioner)] += (
-        1e-8 * np.trace(data.hessian[:-1, :-1]) / len(preconditioner)
-    )
+    diagonal = np.diag_indices_from(preconditioner)
+    preconditioner[diagonal] += ROUNDING * data.hessian.diagonal()[:-1].max()
     factor = scipy.linalg.cho_factor(preconditioner, lower=True, check_finite=False)
 
     def objective(q: Array) -> tuple[float, Array]:
