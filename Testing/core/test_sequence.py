@@ -134,7 +134,7 @@ def test_prior_holds_bending_but_not_rigid_motion(follower):
     organ = follower._method.organ
     rng = np.random.default_rng(0)
     z = 0.05 * rng.normal(size=(organ.basis.size, 3))
-    prior = TemporalPrior.of(organ.basis, organ.elasticity.points, z, 2.0)
+    prior = TemporalPrior.of(organ.basis, z, 2.0)
     shift = organ.basis.similarity_coordinates(np.zeros((3, 3)), rng.normal(size=3)).ravel()
     assert abs(shift @ prior.stiffness @ shift) < 1e-9 * (shift @ shift)
     bend = rng.normal(size=z.shape)

@@ -23,17 +23,13 @@ class TemporalPrior:
     stiffness: Array
 
     @classmethod
-    def of(cls, basis: ReducedBasis, points: Array, z: Array, strength: float) -> TemporalPrior:
+    def of(cls, basis: ReducedBasis, z: Array, strength: float) -> TemporalPrior:
         """Damping of ``strength`` (no unit: 1 weighs a volume that moves by d since ``z`` as much as data that is off
-        by d) over volume points (Q, 3), normalised. Motion as a rigid body is not held back: it is well seen, and
-        damping it would make the organ lag behind the splat.
+        by d) in a whitened basis. Motion as a rigid body is not held back: it is well seen, and damping it would make
+        the organ lag behind the splat.
         """
-        phi, count = basis.phi(points), len(points)
-        mean = np.kron(phi.T @ phi / count, np.eye(3))
-        rigid = _rigid_motions(basis, z)
-        held = mean @ rigid
-        mean -= held @ np.linalg.solve(rigid.T @ held, held.T)
-        return cls(z, strength * (mean + mean.T) / 2)
+        rigid = np.linalg.qr(_rigid_motions(basis, z))[0]
+        return cls(z, strength * (np.eye(z.size) - rigid @ rigid.T))
 
     def added_to(self, data: Quadratic) -> Quadratic:
         """The data term over q = (Z.ravel(), gamma) plus this penalty."""

@@ -99,7 +99,7 @@ def is_lost(fit: Fit, good: Sequence[Fit], options: FollowOptions) -> str:
 
 
 def _prior(organ: ReducedOrgan, before: ElasticState, damping: float) -> TemporalPrior | None:
-    return TemporalPrior.of(organ.basis, organ.elasticity.points, before.z, damping) if damping else None
+    return TemporalPrior.of(organ.basis, before.z, damping) if damping else None
 
 
 def state_of(z: np.ndarray, T_camera_normalised: Similarity) -> ElasticState:
