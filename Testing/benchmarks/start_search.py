@@ -23,7 +23,7 @@ from results_file import write_part
 from stress import STRESSES
 
 from organphys.elastic.mode_choice import choose_mode
-from organphys.ground.frames import Similarity, fit_similarity
+from organphys.ground.frames import Similarity, fit_similarity, rotation_angle
 from organphys.ground.progress import no_progress
 from organphys.pipeline.default_method import DefaultMethod
 from organphys.pipeline.organ_in_scene import organ_in_scene
@@ -100,8 +100,7 @@ def found(inputs: CaseInputs, seed: int, stress: str | None) -> Start:
 def _degrees(T_scene_ct: Similarity, inputs: CaseInputs) -> float:
     """Angle between a pose's rotation and the oracle's."""
     oracle = fit_similarity(inputs.truth.points_ct, inputs.truth.points_scene)
-    cosine = (np.trace(T_scene_ct.rotation.T @ oracle.rotation) - 1) / 2
-    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+    return float(np.degrees(rotation_angle(T_scene_ct.rotation, oracle.rotation)))
 
 
 def _explained() -> str:

@@ -7,9 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from organphys.ground.checks import InputError
+from organphys.ground.frames import rotation_angle
 from organphys.simulation.instruments import BEHIND_RCM, JOINTS, instrument_named
 from organphys.simulation.psm import INSTRUMENTS, Psm, default_trocar
-from organphys.simulation.psm_inverse import angle_between, inverse_joints
+from organphys.simulation.psm_inverse import inverse_joints
 from organphys.simulation.psm_kinematics import link_frames, links
 from organphys.simulation.state import ToolPose
 
@@ -98,7 +99,7 @@ def test_without_a_near_configuration_the_pose_is_met_all_the_same(name):
     reached = links(found, psm.instrument)
     assert not clamped.any()
     assert np.abs(reached.hinge - at.hinge).max() < 1e-12
-    assert angle_between(reached.tool_rotation, at.tool_rotation).max() < 1e-9
+    assert np.degrees(rotation_angle(reached.tool_rotation, at.tool_rotation)).max() < 1e-9
 
 
 @EVERY
@@ -146,7 +147,7 @@ def test_beyond_each_limit_the_joint_is_named_and_the_rest_is_told(name):
         assert (solution.joints >= low).all() and (solution.joints <= high).all()
         told = (solution.position_error_m, solution.rotation_error_deg)
         away = np.linalg.norm(solution.pose.position - psm.forward(wanted, 0.0).position)
-        turned = angle_between(solution.pose.rotation[None], psm.forward(wanted, 0.0).rotation[None])[0]
+        turned = np.degrees(rotation_angle(solution.pose.rotation, psm.forward(wanted, 0.0).rotation))
         assert told == pytest.approx((away, turned), abs=1e-12) and max(1e3 * told[0], told[1]) > 0.5
         if joint.startswith("wrist"):  # the hinge is where it was wanted, the wrist cannot bend so far
             assert told[0] < 1e-9 and told[1] < np.degrees(0.16)

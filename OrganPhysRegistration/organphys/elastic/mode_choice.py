@@ -17,7 +17,7 @@ from ..align.landmark_prior import LandmarkPrior
 from ..align.poses import Poses
 from ..align.splat_view import SplatView
 from ..ground.checks import Array
-from ..ground.frames import Similarity
+from ..ground.frames import Similarity, rotation_angle
 from ..ground.progress import Progress, no_progress
 from .elastic_registration import SHORT, ElasticOptions, ElasticState, register_elastically
 from .joint_scale import ScalePrior
@@ -72,13 +72,9 @@ class Modes:
             difference = (self._surface(organ, k) - winner) / self.states[0].pose.scale
             distance = float(np.sqrt((difference**2).sum(1).mean()))
             if distance > apart:
-                return RunnerUp(self.poses.at(k), self.scores[k], self._degrees(k), distance)
+                degrees = float(np.degrees(rotation_angle(self.poses.rotation[k], self.poses.rotation[0])))
+                return RunnerUp(self.poses.at(k), self.scores[k], degrees, distance)
         return None
-
-    def _degrees(self, k: int) -> float:
-        """Angle between the rotations of pose ``k`` and the best."""
-        cosine = (np.trace(self.poses.rotation[k].T @ self.poses.rotation[0]) - 1) / 2
-        return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
 
     def _surface(self, organ: ReducedOrgan, k: int) -> Array:
         return self.states[k].pose.apply(organ.points(self.states[k].z))
@@ -99,11 +95,10 @@ def choose_mode(
     known = {} if known is None else known
 
     def fit(start: Similarity) -> tuple[ElasticState, ElasticScore]:
-        key: bytes = start.matrix.tobytes()
-        state = known.get(key)
+        state = known.get(start.key)
         if state is None:
             state, _ = register_elastically(organ, view, start, scale_prior=scale_prior, options=options)
-            known[key] = state
+            known[start.key] = state
         return state, elastic_score(organ, view, state, landmarks)
 
     fits = []

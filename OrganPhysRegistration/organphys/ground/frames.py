@@ -50,6 +50,13 @@ def rotation_about(axis: Array, angle: float) -> Array:
     return np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
 
 
+def rotation_angle(a: Array, b: Array) -> Array:
+    """Angle (...) in radians between rotations (..., 3, 3), by |A - B| = 2 sqrt(2) sin(angle / 2): exact when small."""
+    apart = np.sqrt(np.square(a - b).sum((-1, -2)) / 8)
+    angle: Array = 2 * np.arcsin(np.minimum(apart, 1.0))
+    return angle
+
+
 def cross_matrix(v: Array) -> Array:
     """Matrix (3, 3) of the cross product: cross_matrix(v) @ w = v x w."""
     return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]], dtype=np.float64)
@@ -86,6 +93,12 @@ class Similarity:
                 "pose: expected rotation, shift and one scale for all axes; reset the transform and redo it"
             )
         return cls(float(scale), u @ vt, m[:3, 3])
+
+    @property
+    def key(self) -> bytes:
+        """Its numbers, exactly: what a table of results by pose goes by."""
+        numbers: bytes = self.matrix.tobytes()
+        return numbers
 
     @property
     def matrix(self) -> Array:

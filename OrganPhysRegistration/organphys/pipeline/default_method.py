@@ -29,7 +29,7 @@ from .default_stages import DefaultCoarse, DefaultRigid, mode_metrics, mode_noti
 from .elastic_recorder import ElasticRecorder
 from .fit_confidence import FitConfidence, fit_confidence
 from .hand_pose import pose_near
-from .method_memory import LevelEnd, MethodMemory, pose_key
+from .method_memory import LevelEnd, MethodMemory
 from .scale_checks import NEARLY_EXACT, plausible_scales, scale_prior, unit_notices, unit_scale
 from .stages import ElasticStage, OnSurface
 
@@ -128,7 +128,7 @@ class DefaultMethod:
         self, state: ElasticState, rigid: DefaultRigid, start: Similarity | None, report: SolveReport
     ) -> FitConfidence:
         """How sure the result is; quick runs try the organ's mirror image only where that was done before."""
-        key = pose_key(state.pose if start is not None else rigid.pose)
+        key = (state.pose if start is not None else rigid.pose).key
         if key not in self.memory.mirrored and not self.quick:
             mirrored = mirrored_score(self.rough_organ, self.view, state.pose, seed=self.case.options.seed)
             self.memory.mirrored[key] = mirrored
@@ -142,7 +142,7 @@ class DefaultMethod:
     ) -> tuple[ElasticState, SolveReport]:
         """The elastic solve; the levels that were run before from the same pose are not run again."""
         done, end = self.memory.longest(pose, options.levels)
-        short = self.memory.short_fits.get(pose_key(pose)) if self.quick and not done else None
+        short = self.memory.short_fits.get(pose.key) if self.quick and not done else None
         if short is not None:
             short = replace(short, z=self.organ.coordinates(self.rough_organ.displacement(self.organ, short.z)))
             done, end = max(len(options.levels) - 2, 0), LevelEnd(short, (), 0.0)

@@ -33,8 +33,8 @@ class LevelEnd:
 
 @dataclass
 class MethodMemory:
-    """``short_fits``: short elastic solve by ``pose_key``; ``level_ends``: by ``pose_key`` and the levels done;
-    ``mirrored``: score of the organ's mirror image by ``pose_key``."""
+    """By the key of a pose: ``short_fits``, short elastic solve; ``level_ends`` (and by the levels done); ``mirrored``,
+    score of the organ's mirror image."""
 
     short_fits: dict[bytes, ElasticState] = field(default_factory=dict)
     level_ends: dict[tuple[bytes, Levels], LevelEnd] = field(default_factory=dict)
@@ -42,20 +42,14 @@ class MethodMemory:
 
     def keep(self, pose: Similarity, levels: Levels, end: LevelEnd) -> None:
         """Remember where ``levels`` led from ``pose``."""
-        self.level_ends[pose_key(pose), levels] = end
+        self.level_ends[pose.key, levels] = end
         while len(self.level_ends) > MOST:
             self.level_ends.pop(next(iter(self.level_ends)))
 
     def longest(self, pose: Similarity, levels: Levels) -> tuple[int, LevelEnd | None]:
         """How many of ``levels`` need not be run again from ``pose``, and where they lead."""
         for count in range(len(levels), 0, -1):
-            end = self.level_ends.get((pose_key(pose), levels[:count]))
+            end = self.level_ends.get((pose.key, levels[:count]))
             if end is not None:
                 return count, end
         return 0, None
-
-
-def pose_key(pose: Similarity) -> bytes:
-    """The pose's numbers, exactly."""
-    matrix: bytes = pose.matrix.tobytes()
-    return matrix

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..ground.checks import Array
+from ..ground.frames import rotation_angle
 from .state import ToolPose
 from .tools import PlacedPart, Tool, place
 
@@ -18,16 +19,11 @@ SHORT = 0.7  # radii: it is farther to the middle of a part from all points less
 def substeps(tool: Tool, start: ToolPose, end: ToolPose) -> int:
     """Number of sub-steps so that no point of the whole tool moves too far in one."""
     shift = float(np.linalg.norm(end.position - start.position))
-    turn = _angle(start.rotation, end.rotation)
+    turn = float(rotation_angle(start.rotation, end.rotation))
     if start.shaft_rotation is not None and end.shaft_rotation is not None:
-        turn = max(turn, _angle(start.shaft_rotation, end.shaft_rotation))
+        turn = max(turn, float(rotation_angle(start.shaft_rotation, end.shaft_rotation)))
     opening = float(np.radians(abs(end.jaw_deg - start.jaw_deg))) / 2
     return _pieces(shift + turn * tool.extent + opening * tool.jaw_extent, tool)
-
-
-def _angle(a: Array, b: Array) -> float:
-    """Angle between rotations (3, 3), radians."""
-    return float(np.arccos(np.clip((np.trace(a.T @ b) - 1) / 2, -1, 1)))
 
 
 def substeps_at(tool: Tool, start: ToolPose, end: ToolPose, points: Array) -> int:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..ground.checks import Array
+from ..ground.frames import rotation_angle
 from .instruments import BEHIND_RCM, Instrument
 from .psm_branch import TINY, TURN, branch, cross, dot, shaft_direction, unit_normal, wrist_joints
 from .psm_kinematics import Links, links
@@ -45,13 +46,7 @@ def inverse_joints(
 def pose_errors(reached: Links, rotation: Array, hinge: Array) -> tuple[Array, Array]:
     """Distance (N,) m of the hinge and angle (N,) deg of the tool from the wanted pose in the RCM frame."""
     away = reached.hinge - hinge
-    return np.sqrt(dot(away, away)), angle_between(reached.tool_rotation, rotation)
-
-
-def angle_between(a: Array, b: Array) -> Array:
-    """Angle (N,) in degrees between rotations (N, 3, 3) by |A - B| = 2 sqrt(2) sin(angle / 2): exact when small."""
-    apart = (a - b).reshape(-1, 9)
-    return np.degrees(2 * np.arcsin(np.minimum(np.sqrt(dot(apart, apart) / 8), 1.0)))
+    return np.sqrt(dot(away, away)), np.degrees(rotation_angle(reached.tool_rotation, rotation))
 
 
 def _best_branch(rotation: Array, hinge: Array, near: Array, instrument: Instrument) -> tuple[Array, NDArray[np.bool_]]:
