@@ -20,7 +20,7 @@ from ..ground.solve_report import SolveReport, Stop
 from ..ground.stiffness import PRESET_ALPHA
 from ..points.sampling import random_subset
 from .data_terms import DataOptions, organ_matches, rim_matches, splat_matches
-from .joint_scale import ScalePrior, Stiffness, data_quadratic, solve
+from .joint_scale import ScalePrior, data_quadratic, solve
 from .landmark_matches import landmark_matches
 from .matches import Deformed, Matches
 from .reduced_organ import ReducedOrgan
@@ -142,8 +142,9 @@ def register_elastically(
                 return state, SolveReport(Stop.NO_DATA, count, evaluations, move)
             data = data_quadratic(organ, matches, shape.points, state.gamma, prior)
             data = data if prior_on_z is None else prior_on_z.added_to(data)
-            stiffness = Stiffness(level.alpha, level.loads)
-            z, gamma, spent = solve(organ, data, stiffness, state.z, state.gamma, steps=options.inner_steps)
+            z, gamma, spent = solve(
+                organ, data, level.alpha, level.loads, state.z, state.gamma, steps=options.inner_steps
+            )
             move = float(np.abs(organ.phi @ (z - state.z)).max()) + abs(gamma - state.gamma)
             state, count, evaluations = ElasticState(z, gamma, state.start), count + 1, evaluations + spent
             on_step(OuterStep(number, level.alpha, state, move, spent, len(matches.rows)))

@@ -40,14 +40,6 @@ class ScalePrior:
 
 
 @dataclass(frozen=True)
-class Stiffness:
-    """Weight ``alpha`` of the prior, of which the share ``loads`` is the load prior and the rest elastic energy."""
-
-    alpha: float
-    loads: float = 0.0
-
-
-@dataclass(frozen=True)
 class Quadratic:
     """1/2 q^T H q + b q + constant over q = (Z.ravel(), gamma)."""
 
@@ -91,15 +83,18 @@ def data_quadratic(organ: ReducedOrgan, matches: Matches, points: Array, gamma: 
 
 
 def solve(
-    organ: ReducedOrgan, data: Quadratic, stiffness: Stiffness, z: Array, gamma: float, *, steps: int
+    organ: ReducedOrgan, data: Quadratic, alpha: float, loads: float, z: Array, gamma: float, *, steps: int
 ) -> tuple[Array, float, int]:
-    """A few L-BFGS steps from (z, gamma), preconditioned with the Hessian at rest: Z, gamma and evaluations spent."""
-    alpha = stiffness.alpha * (1 - stiffness.loads)
-    if stiffness.loads:
+    """A few L-BFGS steps from (z, gamma), preconditioned with the Hessian at rest: Z, gamma and evaluations spent.
+
+    ``alpha``: weight of the prior, of which the share ``loads`` is the load prior and the rest elastic energy.
+    """
+    elastic = alpha * (1 - loads)
+    if loads:
         data = replace(data, hessian=data.hessian.copy())
-        data.hessian[:-1, :-1] += stiffness.alpha * stiffness.loads * load_hessian(organ, z)
+        data.hessian[:-1, :-1] += alpha * loads * load_hessian(organ, z)
     preconditioner = data.hessian.copy()
-    preconditioner[:-1, :-1] += alpha * organ.rest_hessian
+    preconditioner[:-1, :-1] += elastic * organ.rest_hessian
     diagonal = np.diag_indices_from(preconditioner)
     preconditioner[diagonal] += ROUNDING * data.hessian.diagonal()[:-1].max()
     factor = scipy.linalg.cho_factor(preconditioner, lower=True, check_finite=False)
@@ -107,8 +102,8 @@ def solve(
     def objective(q: Array) -> tuple[float, Array]:
         energy, gradient = organ.elasticity.energy_and_gradient(q[:-1].reshape(-1, 3))
         value, slope = data.value_and_gradient(q)
-        slope[:-1] += alpha * gradient.ravel()
-        return alpha * energy + value, slope
+        slope[:-1] += elastic * gradient.ravel()
+        return elastic * energy + value, slope
 
     def precondition(gradient: Array) -> Array:
         solved: Array = scipy.linalg.cho_solve(factor, gradient, check_finite=False)
