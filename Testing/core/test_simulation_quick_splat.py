@@ -9,7 +9,7 @@ from simulation_examples import box_body
 from test_simulation_splat import BAND, UNIT, bent, points, splat
 
 from organphys.ground.checks import InputError
-from organphys.simulation import splat_numpy
+from organphys.simulation import splat_numpy, splat_threads
 from organphys.simulation.local_detail import LocalDetail, with_detail
 from organphys.simulation.moved_splat import moved_splat
 from organphys.simulation.quick_splat import on_device, quick_splat
@@ -53,9 +53,9 @@ def test_quick_frames_are_the_exact_ones_up_to_the_error_of_the_grid(local):
 def test_threads_change_nothing(monkeypatch):
     body, gaussians, z = example(False, 20_000)
     quick = quick_splat(body, gaussians, UNIT, **BAND)
-    monkeypatch.setattr(splat_numpy, "THREADS", 1)
+    monkeypatch.setattr(splat_threads, "THREADS", 1)
     one = quick.frame(body, z)
-    monkeypatch.setattr(splat_numpy, "THREADS", 2)
+    monkeypatch.setattr(splat_threads, "THREADS", 2)
     monkeypatch.setattr(splat_numpy, "CHUNK", 1024)
     two = quick_splat(body, gaussians, UNIT, **BAND).frame(body, z)
     assert all(np.array_equal(a, b) for a, b in zip(one, two, strict=True))

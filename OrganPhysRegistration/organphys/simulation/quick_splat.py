@@ -20,6 +20,7 @@ from .simulation_basis import LocalColumns
 from .splat_binding import Followers, followers
 from .splat_grid import Single, SplatGrid
 from .splat_numpy import NumpyMover
+from .splat_threads import in_threads
 
 SPACING = 0.003  # m
 DEVICES = ("numpy", "cpu", "cuda")
@@ -72,7 +73,7 @@ class QuickSplat:
     def _motion(self, body: Body, z: Array) -> tuple[Single, LocalColumns | None, Array]:
         n, local = self.grid.phi.shape[1], body.basis.local
         base = z[:n] if local is None else z[:n] - local.overlap @ z[n:]
-        return self.grid.fields(base), local, z[n:]
+        return self.grid.fields(base, in_threads), local, z[n:]
 
 
 def quick_splat(
@@ -87,12 +88,16 @@ def quick_splat(
 ) -> QuickSplat:
     """Binds Gaussians as ``bind_splat`` does, for many of them, in the order of the grid's cells, ``spacing`` m wide.
 
+    The grid's error is of second order in the spacing: at the default it is below 0.1 mm, and below 2 % of the
+    covariance, for a rough motion that strains a liver by up to 30 % (``Testing/benchmarks/simulation_splats.py``).
+
     ``device`` "cpu" and "cuda" need warp-lang (extra "gpu"): InputError if it is missing or the device is.
     """
     one_of(device, "device", DEVICES)
     bound = followers(body, gaussians, metres_per_unit, distance, band)
     cells = np.floor(bound.points / as_positive(spacing, "spacing")).astype(np.int64)
-    order = np.lexsort(cells.T[::-1])  # neighbours in space lie together in memory
+    fading = bound.share < 1  # those that follow in full need less work: they come first, by themselves
+    order = np.lexsort((*cells.T[::-1], fading))  # neighbours in space lie together in memory
     bound = Followers(bound.index[order], bound.points[order], bound.share[order], bound.share_slope[order], bound.unit)
     grid = SplatGrid.around(bound.points, (body.plain or body).basis, spacing)
     exact = NumpyMover(bound, grid, covariances(gaussians, bound.index).astype(np.float32))

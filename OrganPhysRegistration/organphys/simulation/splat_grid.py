@@ -6,6 +6,7 @@ trilinearly, each by itself: both are off by about spacing^2 / 8 times their sec
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,13 @@ from .simulation_basis import SimulationBasis
 Single = NDArray[np.float32]
 CORNERS = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(8, 3)
 CHUNK = 4096
+Runner = Callable[[Callable[[int], None], int], None]  # does pieces 0, 1, ... of some work
+
+
+def in_a_row(work: Callable[[int], None], count: int) -> None:
+    """All pieces one after the other."""
+    for k in range(count):
+        work(k)
 
 
 @dataclass(frozen=True)
@@ -51,18 +59,27 @@ class SplatGrid:
             (scaled - low).astype(np.float32),
         )
 
-    def fields(self, z: Array) -> Single:
-        """Displacement, m, and F - I at the nodes at base coordinates Z (n, 3): (Nn, 12), u, then F by columns."""
+    def fields(self, z: Array, run: Runner = in_a_row) -> Single:
+        """Displacement, m, and F - I at the nodes at base coordinates Z (n, 3): (Nn, 12), u, then F by columns.
+
+        ``run`` may share the chunks out among threads.
+        """
         out = np.empty((len(self.phi), 12), dtype=np.float32)
         z32 = np.ascontiguousarray(z, dtype=np.float32)
-        out[:, :3] = self.phi @ z32
-        for m in range(3):
-            out[:, 3 * m + 3 : 3 * m + 6] = self.slopes[m] @ z32
+
+        def move(k: int) -> None:
+            at = slice(k * CHUNK, (k + 1) * CHUNK)
+            out[at, :3] = self.phi[at] @ z32
+            for m in range(3):
+                out[at, 3 * m + 3 : 3 * m + 6] = self.slopes[m, at] @ z32
+
+        run(move, -(-len(out) // CHUNK))
         return out
 
-    def weights(self) -> csr_array:
-        """Trilinear weights (K, Nn)."""
-        near = np.where(CORNERS.astype(bool), self.part[:, None, :], 1 - self.part[:, None, :]).prod(2)
-        starts = np.arange(0, 8 * len(self.cell) + 1, 8, dtype=np.int64)
-        columns = self.corners[self.cell].ravel()
-        return csr_array((near.astype(np.float32).ravel(), columns, starts), (len(self.cell), len(self.phi)))
+    def weights(self, points: slice) -> csr_array:
+        """Trilinear weights (k, Nn) of some of the points."""
+        part, cell = self.part[points], self.cell[points]
+        near = np.where(CORNERS.astype(bool), part[:, None, :], 1 - part[:, None, :]).prod(2)
+        starts = np.arange(0, 8 * len(cell) + 1, 8, dtype=np.int32)  # as wide as the columns, or they are all copied
+        columns = self.corners[cell].ravel()
+        return csr_array((near.astype(np.float32).ravel(), columns, starts), (len(cell), len(self.phi)))

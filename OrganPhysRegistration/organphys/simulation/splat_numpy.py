@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,9 +12,11 @@ from scipy.sparse import csr_array
 from ..ground.checks import Array
 from .simulation_basis import LocalColumns
 from .splat_binding import Followers, local_motion, sandwiched
-from .splat_grid import CHUNK, Single, SplatGrid
+from .splat_grid import Single, SplatGrid
+from .splat_threads import in_threads
 
-THREADS = min(os.cpu_count() or 1, 4)
+Use = Callable[[slice, Single, Single], None]
+CHUNK = 8192  # Gaussians at a time: few calls, and their rows stay in the cache
 
 
 @dataclass(frozen=True)
@@ -29,49 +29,51 @@ class NumpyMover:
 
     def frame(self, fields: Single, local: LocalColumns | None, z: Array) -> tuple[Single, Single]:
         """Displacements (K, 3) in scene units and covariances (K, 3, 3), by the nodes' motion (Nn, 12)."""
-        moved = np.empty((12, len(self.bound.index)), dtype=np.float32)
-        out = np.empty((3, 3, len(self.bound.index)), dtype=np.float32)
+        moved = np.empty((3, len(self.bound.index)), dtype=np.float32)
+        shape = np.empty((3, 3, len(self.bound.index)), dtype=np.float32)
+
+        def use(part: slice, u: Single, f: Single) -> None:
+            moved[:, part] = u
+            sandwiched(f, self._planar[:, :, part], shape[:, :, part])
+
+        self._each(fields, local, z, use)
+        return moved.T, shape.transpose(2, 0, 1)
+
+    def motion(self, fields: Single, local: LocalColumns | None, z: Array) -> tuple[Single, Single]:
+        """Displacements (K, 3) in scene units and deformation gradients (K, 3, 3)."""
+        moved = np.empty((3, len(self.bound.index)), dtype=np.float32)
+        gradient = np.empty((3, 3, len(self.bound.index)), dtype=np.float32)
+
+        def use(part: slice, u: Single, f: Single) -> None:
+            moved[:, part], gradient[:, :, part] = u, f
+
+        self._each(fields, local, z, use)
+        return moved.T, gradient.transpose(2, 0, 1)
+
+    def _each(self, fields: Single, local: LocalColumns | None, z: Array, use: Use) -> None:
+        """Calls ``use`` with each chunk of Gaussians, their displacement (3, k) in scene units and F (3, 3, k)."""
         extra = None if local is None else self._extra(local, z)
 
         def move(k: int) -> None:
             part = slice(k * CHUNK, (k + 1) * CHUNK)
-            self._interpolate(k, fields, extra, moved[:, part])
-            sandwiched(moved[3:, part].reshape(3, 3, -1), self._planar[:, :, part], out[:, :, part])
+            body = np.ascontiguousarray((self._weights[k] @ fields).T)
+            if extra is not None:
+                body += extra[:, part]
+            use(part, *self._shared(k, part, body))
 
-        self._in_chunks(move)
-        return moved[:3].T, out.transpose(2, 0, 1)
+        in_threads(move, len(self._weights))
 
-    def motion(self, fields: Single, local: LocalColumns | None, z: Array) -> tuple[Single, Single]:
-        """Displacements (K, 3) in scene units and deformation gradients (K, 3, 3)."""
-        moved = np.empty((12, len(self.bound.index)), dtype=np.float32)
-        extra = None if local is None else self._extra(local, z)
-        self._in_chunks(lambda k: self._interpolate(k, fields, extra, moved[:, k * CHUNK : (k + 1) * CHUNK]))
-        return moved[:3].T, moved[3:].reshape(3, 3, -1).transpose(2, 0, 1)
-
-    def _in_chunks(self, work: Callable[[int], None]) -> None:
-        count = -(-len(self.bound.index) // CHUNK)
-        if THREADS == 1 or count < 2 * THREADS:
-            for k in range(count):
-                work(k)
-            return
-        with ThreadPoolExecutor(THREADS) as pool:
-            list(pool.map(work, range(count)))
-
-    def _interpolate(self, k: int, fields: Single, extra: Single | None, out: Single) -> None:
-        """Displacement in scene units and F, (12, k) with the Gaussians last: u_a, then F_am in the order a, m."""
-        part = slice(k * CHUNK, (k + 1) * CHUNK)
-        body = (self._weights[k] @ fields).T
-        if extra is not None:
-            body = body + extra[:, part]
-        share, slope = self._shares[0, part], self._shares[1:, part]
-        for a in range(3):
-            for m in range(3):
-                row = out[3 + 3 * a + m]
-                np.multiply(body[3 + 3 * m + a], share, out=row)
-                row += body[a] * slope[m]
-            out[3 + 4 * a] += 1.0
-            np.multiply(body[a], share, out=out[a])
-        out[:3] /= np.float32(self.bound.unit)
+    def _shared(self, k: int, part: slice, body: Single) -> tuple[Single, Single]:
+        """u b and I + b (F - I) + u (grad b)^T from the body's motion (12, k)."""
+        u, f = body[:3], body[3:].reshape(3, 3, -1).transpose(1, 0, 2)
+        if self._fading[k]:
+            share, slope = self._shares[0, part], self._shares[1:, part]
+            f *= share
+            f += u[:, None] * slope
+            u *= share
+        f[[0, 1, 2], [0, 1, 2]] += 1.0
+        u /= np.float32(self.bound.unit)
+        return u, f
 
     def _extra(self, local: LocalColumns, z: Array) -> Single:
         """What local functions add (12, K), in the order of the nodes' motion."""
@@ -83,8 +85,14 @@ class NumpyMover:
 
     @cached_property
     def _weights(self) -> list[csr_array]:
-        whole = self.grid.weights()
-        return [whole[start : start + CHUNK] for start in range(0, len(self.bound.index), CHUNK)]
+        starts = range(0, len(self.bound.index), CHUNK)
+        return [self.grid.weights(slice(start, start + CHUNK)) for start in starts]
+
+    @cached_property
+    def _fading(self) -> list[bool]:
+        """Whether some Gaussian of the chunk follows by less than its full motion."""
+        starts = range(0, len(self.bound.index), CHUNK)
+        return [bool(self.bound.share_slope[start : start + CHUNK].any()) for start in starts]
 
     @cached_property
     def _shares(self) -> Single:
