@@ -53,6 +53,7 @@ THIRD_PARTY = {
 THIRD_PARTY_OF_FILE = {  # a file whose name starts so may import this as well
     ("basis", "learned"): {"torch"},
     ("simulation", "psm_newton"): {"newton"},
+    ("pipeline", "batch"): {"dask", "distributed"},
 }
 LAZY_ROOT = {"__init__.py", "__main__.py"}  # the public names and `python -m organphys`: they may name every floor
 

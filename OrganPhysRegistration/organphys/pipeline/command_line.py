@@ -1,6 +1,7 @@
 """The command ``organphys``: options and exit codes. The work is in commands_*.py, imported once it is needed.
 
-Exit codes: 0 done; 2 input or option that cannot be used (one line on stderr); 130 stopped by Ctrl-C.
+Exit codes: 0 done; 2 input or option that cannot be used (one line on stderr); 3 a batch is done but for failed cases;
+130 stopped by Ctrl-C.
 Numpy and the readers are imported after the options are parsed, so that ``--help`` answers at once.
 """
 
@@ -18,6 +19,7 @@ from typing import NoReturn
 
 from .. import __version__
 from .command_options import add_demo, add_info, add_map, add_register
+from .command_options_batch import add_batch
 from .command_options_follow import add_follow
 from .command_options_simulate import add_export, add_simulate
 
@@ -38,12 +40,12 @@ def build_parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="organphys",
         description="Registers an organ from a CT or MR label map onto an endoscopic 3D Gaussian splat.",
-        epilog="Exit codes: 0 done, 2 input or option error, 130 stopped by Ctrl-C. CT points are RAS mm, "
-        "scene points are the raw coordinates of the splat file.",
+        epilog="Exit codes: 0 done, 2 input or option error, 3 a batch with failed cases, 130 stopped by Ctrl-C. CT "
+        "points are RAS mm, scene points are the raw coordinates of the splat file.",
     )
     parser.add_argument("--version", action="version", version=f"organphys {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (add_register, add_follow, add_map, add_info, add_simulate, add_export, add_demo):
+    for add in (add_register, add_batch, add_follow, add_map, add_info, add_simulate, add_export, add_demo):
         add(commands)
     return parser
 
@@ -54,18 +56,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _stop)
     try:
-        import_module(f".commands_{arguments.command}", __package__).run(arguments)
-    except KeyboardInterrupt:
-        return _fail("organphys: stopped, nothing was written", _STOPPED)
+        code: int | None = import_module(f".commands_{arguments.command}", __package__).run(arguments)
+    except KeyboardInterrupt as stop:  # a command that keeps what is done says so itself
+        return _fail(f"organphys: {stop}" if stop.args else "organphys: stopped, nothing was written", _STOPPED)
     except BrokenPipeError:  # the reader of our output, `head` say, has gone
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _DONE
     except (ValueError, OSError, MemoryError) as error:
-        message = _one_line(error)
+        message = one_line(error)
         if message is None:
             raise
         return _fail(f"organphys: error: {message}", _ERROR)
-    return _DONE
+    return code or _DONE
 
 
 def _stop(number: int, frame: object) -> NoReturn:
@@ -73,7 +75,7 @@ def _stop(number: int, frame: object) -> NoReturn:
     raise KeyboardInterrupt
 
 
-def _one_line(error: Exception) -> str | None:
+def one_line(error: Exception) -> str | None:
     """What to tell the user; None for an error of the program itself, which keeps its traceback."""
     from ..ground.checks import InputError
 

@@ -6,14 +6,14 @@ import argparse
 import hashlib
 import time
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from .. import __version__
 from ..ground.checks import InputError
 from ..ground.progress import Progress
-from ..points.point_sets import Camera, Landmarks, SceneUnit
+from ..points.point_sets import Box, Camera, Landmarks, SceneUnit
 from ..readers.gaussian_ply import read_splat
 from ..readers.landmark_pairs import read_landmark_pairs
 from ..readers.landmarks_file import read_landmarks
@@ -38,19 +38,7 @@ def run(arguments: argparse.Namespace) -> None:
 def register_files(arguments: argparse.Namespace, progress: Progress) -> Registration:
     """Read what the options name and register it. The small files come first: their errors are found at once."""
     begin = time.perf_counter()
-    options = RegisterOptions(
-        method=arguments.method,
-        stiffness=arguments.stiffness,
-        seed=arguments.seed,
-        opacity=opacity_of(arguments.opacity),
-        weights=arguments.weights,
-        clean=arguments.clean,
-    )
-    camera, unit = Camera(arguments.camera, arguments.fov), unit_of(arguments.mm_per_unit)
-    if options.method == "paper" and arguments.landmarks is None:
-        raise InputError("method paper needs landmarks: give --landmarks, or take --method organphys")
-    landmarks = landmarks_of(arguments.landmarks, arguments.splat_landmarks)
-    box = None if arguments.roi is None else read_box(arguments.roi)
+    small = small_inputs(arguments)
     splat = read_splat(arguments.splat, progress=progress)
     organ = read_organ(
         arguments.labels,
@@ -65,15 +53,43 @@ def register_files(arguments: argparse.Namespace, progress: Progress) -> Registr
     registration = register(
         organ,
         splat,
-        options,
-        landmarks=landmarks,
-        camera=camera,
-        box=box,
-        unit=unit,
+        small.options,
+        landmarks=small.landmarks,
+        camera=small.camera,
+        box=small.box,
+        unit=small.unit,
         provenance=provenance,
         progress=progress,
     )
     return replace(registration, seconds={"read": read_seconds, **registration.seconds})
+
+
+@dataclass(frozen=True)
+class SmallInputs:
+    """What is asked for, but for label map and splat."""
+
+    options: RegisterOptions
+    camera: Camera
+    unit: SceneUnit | None
+    landmarks: Landmarks | None
+    box: Box | None
+
+
+def small_inputs(arguments: argparse.Namespace) -> SmallInputs:
+    """Options, landmarks and crop box, read and checked; InputError tells which of them cannot be used."""
+    options = RegisterOptions(
+        method=arguments.method,
+        stiffness=arguments.stiffness,
+        seed=arguments.seed,
+        opacity=opacity_of(arguments.opacity),
+        weights=arguments.weights,
+        clean=arguments.clean,
+    )
+    camera, unit = Camera(arguments.camera, arguments.fov), unit_of(arguments.mm_per_unit)
+    if options.method == "paper" and arguments.landmarks is None:
+        raise InputError("method paper needs landmarks: give --landmarks, or take --method organphys")
+    landmarks = landmarks_of(arguments.landmarks, arguments.splat_landmarks)
+    return SmallInputs(options, camera, unit, landmarks, None if arguments.roi is None else read_box(arguments.roi))
 
 
 def landmarks_of(on_organ: str | None, on_splat: str | None) -> Landmarks | None:
@@ -111,12 +127,13 @@ def provenance_of(arguments: argparse.Namespace) -> dict[str, Any]:
     more = ("weights", "seed", "no_opening", "close_holes")
     return {
         "organphys": __version__,
-        "inputs": {name: _fingerprint(value) for name, value in files.items() if value is not None},
+        "inputs": {name: fingerprint(value) for name, value in files.items() if value is not None},
         "options": {name: getattr(arguments, name) for name in (*texts, *more)},
     }
 
 
-def _fingerprint(value: str) -> Mapping[str, str]:
+def fingerprint(value: str) -> Mapping[str, str]:
+    """Name and SHA-256 of a file; a text that names none stands for itself."""
     path = Path(value)
     if not path.is_file():
         return {"text": value}
