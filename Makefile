@@ -2,6 +2,7 @@
 # make test   the tests of the core and of the Slicer module (installs pytest, torch, slicer-core and PySide6 as well;
 #             the module's are skipped, with the reason, where they cannot run)
 # make lint   ruff and mypy
+# make docs   the documentation as HTML in build/docs; warnings and broken links are errors
 # make clean  remove the environment and what the demo wrote
 #
 # Needs Python >= 3.10 and the network on the first call. Another interpreter: make demo PYTHON=/path/to/python3
@@ -15,7 +16,7 @@ IS_NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 10))
 PYTHON ?= $(shell for p in python3 python3.12 python3.13 python3.11 python3.10 python; do \
 	$$p -c '$(IS_NEW_ENOUGH)' >/dev/null 2>&1 && echo $$p && break; done)
 
-.PHONY: demo test test-core test-slicer lint setup setup-test clean
+.PHONY: demo test test-core test-slicer lint setup setup-test clean docs
 
 demo: setup
 	$(BIN)/organphys demo --out $(DEMO)
@@ -34,6 +35,9 @@ lint: setup-test
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+docs: $(VENV)/.installed-docs
+	$(BIN)/python -m sphinx -W --keep-going -q Resources/Docs build/docs
+
 setup: $(VENV)/.installed
 setup-test: $(VENV)/.installed-test
 
@@ -49,6 +53,10 @@ $(VENV)/.installed: $(VENV)/.created pyproject.toml constraints.txt
 
 $(VENV)/.installed-test: $(VENV)/.created pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[slicer-test]"
+	@touch $@ $(VENV)/.installed
+
+$(VENV)/.installed-docs: $(VENV)/.created pyproject.toml constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[docs]"
 	@touch $@ $(VENV)/.installed
 
 clean:

@@ -1,4 +1,4 @@
-"""The README's example for Slicer's Python console runs, and what it says of Slicer's command line is there."""
+"""The documentation's example for Slicer's Python console runs, and the files of the Slicer commands are there."""
 
 from __future__ import annotations
 
@@ -14,11 +14,15 @@ from OrganPhysRegistrationLib.inputs import sample_case as sample_case_input
 from OrganPhysRegistrationLib.transform_check import mapped_and_expected
 
 ROOT = Path(__file__).resolve().parents[2]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+SCRIPTING, TUTORIAL, README = (
+    (ROOT / name).read_text(encoding="utf-8")
+    for name in ("Resources/Docs/scripting.md", "Resources/Docs/tutorial.md", "README.md")
+)
 
 
 def console_example() -> str:
-    (block,) = [b for b in re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL) if "OrganPhysRegistration" in b]
+    blocks = re.findall(r"```python\n(.*?)```", SCRIPTING, flags=re.DOTALL)
+    (block,) = [b for b in blocks if "OrganPhysRegistration" in b]
     return block
 
 
@@ -29,7 +33,7 @@ def console(module, sample_case, tmp_path, monkeypatch) -> dict:
     monkeypatch.setattr(sample_case_input, "load_sample_case", lambda **_: load(folder=sample_case.folder))
     monkeypatch.chdir(tmp_path)
     names = {"slicer": slicer}
-    exec(compile(console_example(), "README.md", "exec"), names)
+    exec(compile(console_example(), "scripting.md", "exec"), names)
     return names
 
 
@@ -46,7 +50,7 @@ def test_console_example_registers_takes_along_and_exports(console, tmp_path):
 
 
 def test_files_of_the_slicer_commands_exist():
-    commands = [line for line in README.splitlines() if line.startswith("Slicer ")]
+    commands = [line for line in (README + TUTORIAL).splitlines() if line.startswith("Slicer ")]
     assert len(commands) == 3
     for path in re.findall(r"(?:OrganPhys|Testing)[\w/.]*", "\n".join(commands)):
         assert (ROOT / path).exists(), path

@@ -274,13 +274,13 @@ def test_nan_poses_are_refused_and_a_tool_inside_is_pushed_out(logic, session):
     assert reading.force_n < 100
 
 
-def test_console_example_of_the_readme_runs(logic, simulation, simulation_files, tmp_path, monkeypatch, capsys):
-    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
-    (block,) = [b for b in re.findall(r"```python\n(.*?)```", readme, flags=re.DOTALL) if "OrganPhysSimulation" in b]
+def test_console_example_of_the_documentation_runs(logic, simulation, simulation_files, tmp_path, monkeypatch, capsys):
+    page = (Path(__file__).parents[2] / "Resources" / "Docs" / "scripting.md").read_text(encoding="utf-8")
+    (block,) = [b for b in re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL) if "OrganPhysSimulation" in b]
     monkeypatch.chdir(tmp_path)
     shutil.copy(simulation_files.asset, "liver.organphys")
     names = {}
-    exec(compile(block, "README.md", "exec"), names)
+    exec(compile(block, "scripting.md", "exec"), names)
     assert (tmp_path / "pushed.stl").stat().st_size > 10_000
     assert re.search(r"[\d.]+ N, volume [+-][\d.]+ %", capsys.readouterr().out)
     assert names["reading"].contacts > 0
