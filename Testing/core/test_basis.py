@@ -158,6 +158,19 @@ def test_basis_gradient_by_finite_differences(points, rkpm):
         np.testing.assert_allclose(gradient[m], expected, rtol=1e-5, atol=1e-6 * np.abs(gradient).max())
 
 
+@pytest.mark.parametrize("kind", ["rkpm", "learned"])
+def test_displacement_without_the_basis_is_that_of_the_basis(points, rkpm, kind):
+    basis = ReducedBasis.whitened(both(rkpm)[kind], points)
+    z = np.random.default_rng(8).normal(size=(basis.size, 3))
+    for at in (points[:40], 4 * points[:40]):
+        phi, slopes = basis.phi_and_gradient(at)
+        moved, gradient = basis.displacement_and_gradient(z, at)
+        scale = np.abs(phi @ z).max()
+        np.testing.assert_allclose(moved, phi @ z, atol=1e-11 * scale)
+        np.testing.assert_allclose(basis.displacement(z, at), phi @ z, atol=1e-11 * scale)
+        np.testing.assert_allclose(gradient, (slopes @ z).transpose(1, 2, 0), atol=1e-10 * scale)
+
+
 def test_whitened_columns_are_orthonormal_in_the_mean_and_stored(points, rkpm):
     basis = ReducedBasis.whitened(rkpm, points)
     phi = basis.phi(points)

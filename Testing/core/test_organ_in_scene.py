@@ -44,6 +44,13 @@ def test_segments_by_colour_on_one_plane():
     assert (segments[0] == ~left).mean() > 0.97 and (segments[1] == left).mean() > 0.97
 
 
+def test_a_scene_of_one_piece_is_one_segment_of_all_points():
+    points = np.random.default_rng(3).uniform(-1, 1, (5000, 3)) * [1, 1, 0.01] + [0, 0, 5]
+    points[:20] += [0, 0, 3]  # too few for a piece of their own
+    segments = scene_segments(points, shaded(RED, len(points)), np.zeros(3))
+    assert len(segments) == 1 and segments[0].all()
+
+
 def test_segments_by_depth_of_one_colour_and_their_union():
     near = plate(depth=3.0, low=(-1, -1), high=(0, 1))
     far = plate(depth=5.0, low=(0, -1.6), high=(1.6, 1.6), seed=1)

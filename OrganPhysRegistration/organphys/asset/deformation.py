@@ -38,9 +38,9 @@ class Deformation:
         u, gradient = np.empty((len(points), 3)), np.empty((len(points), 3, 3))
 
         def evaluate(part: slice) -> None:
-            phi, slopes = self.basis.phi_and_gradient(self.normalisation.apply(points[part]))
-            u[part] = self.normalisation.length * (phi @ self.z)
-            gradient[part] = (slopes @ self.z).transpose(1, 2, 0)  # mm per mm: the lengths cancel
+            at = self.normalisation.apply(points[part])
+            moved, gradient[part] = self.basis.displacement_and_gradient(self.z, at)  # mm per mm: the lengths cancel
+            u[part] = self.normalisation.length * moved
 
         in_chunks(len(points), CHUNK, evaluate)
         return u, gradient
@@ -116,8 +116,8 @@ class Deformation:
     def _own(self, points: Array) -> Array:
         if not len(points):
             return np.zeros((0, 3))
-        phi = self.basis.phi(self.normalisation.apply(points))
-        return self.normalisation.length * (phi @ self.z)
+        moved = self.basis.displacement(self.z, self.normalisation.apply(points))
+        return self.normalisation.length * moved
 
 
 def _outer(a: Array, b: Array) -> Array:

@@ -48,6 +48,15 @@ class LearnedWeights:
             values[part], gradients[part] = self._forward_with_gradient(points[part])
         return with_constant(values), with_constant_gradient(gradients)
 
+    def mixed(self, columns: Array, points: Array) -> Array:
+        """sum_h w_h(X) columns_h (N, k) at points (N, 3), for columns (H, k)."""
+        return self.values(points) @ columns
+
+    def mixed_with_gradient(self, columns: Array, points: Array) -> tuple[Array, Array]:
+        """The same and its derivatives (N, k, 3)."""
+        values, gradients = self.values_and_gradients(points)
+        return values @ columns, (gradients.transpose(0, 2, 1) @ columns).transpose(0, 2, 1)
+
     def arrays(self) -> dict[str, Array]:
         out = {"centre": self.centre, "extent": np.array(self.extent)}
         for k, (matrix, offset) in enumerate(zip(self.matrices, self.offsets, strict=True)):

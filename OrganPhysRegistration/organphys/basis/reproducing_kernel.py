@@ -29,7 +29,7 @@ class ReproducingKernel:
         """All shape functions phi_I (N, n) and derivatives (3, N, n) at points (N, 3): dense, for assembly."""
         kernel, widening, slope = self._kernel(points)
         p = _affine(self.nodes)
-        outer = (p[:, :, None] * p[:, None, :]).reshape(len(p), 16)
+        outer = _outer(p)
         matrix = (kernel @ outer).reshape(-1, 4, 4)
         solved = np.linalg.solve(matrix, _affine(points)[:, :, None])
         correction = solved[:, :, 0] @ p.T
@@ -44,26 +44,30 @@ class ReproducingKernel:
         return correction, gradients
 
     def combined(self, coefficients: Array, points: Array) -> Array:
-        """sum_I phi_I(x) c_I at points (N, 3) for node coefficients (n, k): (N, k), without forming phi."""
-        moments = self._kernel(points)[0] @ self._moment_columns(coefficients)
-        matrix, load = _split(moments, coefficients.shape[1])
-        solved = np.linalg.solve(matrix, _affine(points)[:, :, None])
-        return (solved.transpose(0, 2, 1) @ load)[:, 0]
+        """sum_I phi_I(x) c_I at points (N, 3) for node coefficients (n, k): (N, k)."""
+        kernel, p = self._kernel(points)[0], _affine(self.nodes)
+        matrix = (kernel @ _outer(p)).reshape(-1, 4, 4)
+        row = np.linalg.solve(matrix, _affine(points)[:, :, None])[:, :, 0]
+        kernel *= row @ p.T
+        return kernel @ coefficients
 
     def combined_with_gradient(self, coefficients: Array, points: Array) -> tuple[Array, Array]:
-        """The same and its derivative: (N, k), (N, k, 3)."""
+        """The same and its derivative: (N, k), (N, k, 3).
+
+        With b = M^-1 p(x): phi_I = (b . p_I) f_I, and d b / d x_m = M^-1 (e_m - sum_I phi_I (d log f_I / d x_m) p_I).
+        """
         kernel, widening, slope = self._kernel(points)
-        columns, k = self._moment_columns(coefficients), coefficients.shape[1]
-        matrix, load = _split(kernel @ columns, k)
+        k, p = coefficients.shape[1], _affine(self.nodes)
+        matrix, load = _split(kernel @ self._moment_columns(coefficients), k)
         inverse = np.linalg.inv(matrix)
-        row = (inverse @ _affine(points)[:, :, None])[:, None, :, 0]
-        gradients = np.empty((len(points), k, 3))
-        for m, moments in enumerate(self._moment_derivatives(points, kernel, widening, slope, columns)):
-            d_matrix, d_load = _split(moments, k)
-            right = -(row @ d_matrix)
-            right[:, 0, m + 1] += 1.0
-            gradients[:, :, m] = (right @ inverse @ load + row @ d_load)[:, 0]
-        return (row @ load)[:, 0], gradients
+        row = (inverse @ _affine(points)[:, :, None])[:, :, 0]
+        shapes = np.multiply(kernel, row @ p.T, out=kernel)
+        sums = self._slope_sums(shapes, points, widening, slope, np.concatenate([coefficients, p], axis=1))
+        d_row = -sums[:, :, k:]
+        d_row[:, [0, 1, 2], [1, 2, 3]] += 1.0
+        gradients = d_row @ inverse @ load  # M is symmetric
+        gradients += sums[:, :, :k]
+        return (row[:, None, :] @ load)[:, 0], gradients.transpose(0, 2, 1)
 
     def _exponents(self, points: Array) -> Array:
         """|x - x_I|^2 / r_I^2, (N, n)."""
@@ -75,9 +79,10 @@ class ReproducingKernel:
 
     def _kernel(self, points: Array) -> tuple[Array, Array, Array]:
         """Kernel values (N, n) up to a factor per point (phi does not feel it), widening (N,), its gradient (N, 3)."""
-        exponents = self._exponents(points)
-        lowest = exponents.min(1)
-        kernel = np.exp(lowest[:, None] - exponents)
+        kernel = self._exponents(points)
+        lowest = kernel.min(1)
+        np.subtract(lowest[:, None], kernel, out=kernel)  # in place: new memory costs as much as the exponentials
+        np.exp(kernel, out=kernel)
         total = kernel.sum(1)
         excess = np.maximum(lowest - np.log(total) - WIDEN_FROM, 0.0)
         widening = 1.0 + excess**2 / (WIDEN_OVER * (excess + WIDEN_OVER))
@@ -88,7 +93,7 @@ class ReproducingKernel:
             soft = share.sum(1)[:, None] * points[far] - share @ self.nodes  # gradient of the soft minimum
             e = excess[far]
             slope[far] = (e * (e + 2 * WIDEN_OVER) / (WIDEN_OVER * (e + WIDEN_OVER) ** 2))[:, None] * soft
-            kernel[far] = np.exp((lowest[far, None] - exponents[far]) / widening[far, None])
+            kernel[far] = np.exp((lowest[far, None] - self._exponents(points[far])) / widening[far, None])
         return kernel, widening, slope
 
     def _kernel_derivatives(self, points: Array, kernel: Array, widening: Array, slope: Array) -> Iterator[Array]:
@@ -103,33 +108,36 @@ class ReproducingKernel:
                 derivative += stretch * (slope[:, m] / widening**2)[:, None]
             yield derivative
 
-    def _moment_derivatives(
-        self, points: Array, kernel: Array, widening: Array, slope: Array, columns: Array
-    ) -> Iterator[Array]:
-        """For m = 0, 1, 2 the derivative of ``kernel @ columns`` along x_m, without forming that of the kernel.
+    def _slope_sums(self, shapes: Array, points: Array, widening: Array, slope: Array, columns: Array) -> Array:
+        """sum_I phi_I (d log f_I / d x_m) columns_I for m = 0, 1, 2: (N, 3, k), from shapes phi_I (N, n).
 
-        d f_I / d x_m = 2 (x_I - x)_m / (w r_I^2) f_I, so products with columns scaled by nodes and radii are enough.
+        d log f_I / d x_m = 2 (x_I - x)_m / (w r_I^2), so products with columns scaled by nodes and radii are enough.
         """
-        narrow = columns * (2.0 / self.radii**2)[:, None]
-        total = kernel @ narrow
+        k, narrow = columns.shape[1], columns * (2.0 / self.radii**2)[:, None]
+        scaled = np.concatenate([narrow, *(narrow * self.nodes[:, m : m + 1] for m in range(3))], axis=1)
+        products = (shapes @ scaled).reshape(-1, 4, k)
+        sums = products[:, 1:]
+        sums -= products[:, :1] * points[:, :, None]
         far = np.flatnonzero(slope.any(axis=1))
-        stretch = (kernel[far] * self._exponents(points[far])) @ columns
-        for m in range(3):
-            derivative = kernel @ (narrow * self.nodes[:, m : m + 1])
-            derivative -= total * points[:, m : m + 1]
-            derivative[far] /= widening[far, None]
-            derivative[far] += stretch * (slope[far, m] / widening[far] ** 2)[:, None]
-            yield derivative
+        if len(far):
+            stretch = (shapes[far] * self._exponents(points[far])) @ columns
+            sums[far] /= widening[far, None, None]
+            sums[far] += (slope[far] / widening[far, None] ** 2)[:, :, None] * stretch[:, None, :]
+        return sums
 
     def _moment_columns(self, coefficients: Array) -> Array:
         """Columns that turn kernel values into M (16) and the loads sum_I f_I p_I c_I (4 k): (n, 16 + 4 k)."""
         p = _affine(self.nodes)
-        outer = (p[:, :, None] * p[:, None, :]).reshape(len(p), 16)
-        return np.concatenate([outer, (p[:, :, None] * coefficients[:, None, :]).reshape(len(p), -1)], axis=1)
+        return np.concatenate([_outer(p), (p[:, :, None] * coefficients[:, None, :]).reshape(len(p), -1)], axis=1)
 
 
 def _affine(points: Array) -> Array:
     return np.concatenate([np.ones((len(points), 1)), points], axis=1)
+
+
+def _outer(p: Array) -> Array:
+    """Columns (n, 16) of p p^T."""
+    return (p[:, :, None] * p[:, None, :]).reshape(len(p), 16)
 
 
 def _split(moments: Array, k: int) -> tuple[Array, Array]:

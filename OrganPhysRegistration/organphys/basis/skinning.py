@@ -30,6 +30,12 @@ class SkinningWeights(Protocol):
     def values_and_gradients(self, points: Array) -> tuple[Array, Array]:
         """Weights (N, H) and their derivatives (N, H, 3) with respect to the normalised coordinates."""
 
+    def mixed(self, columns: Array, points: Array) -> Array:
+        """sum_h w_h(X) columns_h (N, k) at points (N, 3), for columns (H, k)."""
+
+    def mixed_with_gradient(self, columns: Array, points: Array) -> tuple[Array, Array]:
+        """The same and its derivatives (N, k, 3) with respect to the normalised coordinates."""
+
     def arrays(self) -> dict[str, Array]:
         """All that is needed to build the weights again."""
 

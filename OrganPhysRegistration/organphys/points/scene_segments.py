@@ -39,7 +39,7 @@ def scene_segments(
     points: Array, colours: NDArray[np.floating], viewpoint: Array, options: SegmentOptions | None = None
 ) -> list[Members]:
     """Segments of points (N, 3) with colours (N, 3) in 0..1, seen from ``viewpoint`` (3,): (N,) bool each, largest
-    first. Connected pieces, then for every colour that has several the union of them; one for a scene of one piece.
+    first. Connected pieces, then for every colour that has several the union of them; all points where one is left.
     """
     options = options or SegmentOptions()
     rows = random_subset(len(points), options.most, 0)
@@ -51,9 +51,11 @@ def scene_segments(
     colour = _colour_groups(chromaticity(colours[rows])[near].mean(1), options.apart)
     colour = _majority(colour[near])
     piece = _pieces(judged, colour, options.link * float(np.median(distance[:, 6])), viewpoint, options.steep)
-    nearest = nearest_neighbours(tree, points.astype(np.float64))[1]
     least = options.smallest * len(rows)
     large = [k for k in np.argsort(-np.bincount(piece)) if (piece == k).sum() >= least]
+    if len(large) == 1:  # the usual case: nobody has to ask to which piece each of a million points belongs
+        return [np.ones(len(points), dtype=bool)]
+    nearest = nearest_neighbours(tree, points.astype(np.float64))[1]
     segments = [(piece == k)[nearest] for k in large]
     hue = [int(colour[piece == k][0]) for k in large]
     for group in sorted(set(hue)):

@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..ground.checks import InputError
+from ..ground.checks import Array, InputError
 from ..ground.notices import Notice
 from ..ground.progress import Progress, no_progress
 from ..points.point_sets import Organ
 from .mask_cleaning import Mask, boundary_of, clean_mask
 from .mask_surface import surface_of_mask
 from .voxel_grid import VoxelGrid
+
+BLOCK = 1 << 13  # voxels placed at once: their rows stay in the cache
 
 
 def organ_from_mask(
@@ -57,20 +59,35 @@ def organ_of_crop(
 ) -> Organ:
     """Organ of a mask cropped to its box; ``corner`` (3,): index (k, j, i) of the box's first voxel in ``grid``."""
     mask, notices = clean_mask(mask, grid.spacing_mm, opening=opening, close_holes=close_holes)
-    inside = np.flatnonzero(mask)
-    index = np.stack(np.unravel_index(inside, mask.shape), axis=1) + corner
-    if (index.min(0) == 0).any() or (index.max(0) == np.array(grid.shape) - 1).any():
+    if _at_border(mask, corner, grid.shape):
         text = f"The {name} touches the border of the volume: the part beyond it is missing and its end is flat."
         notices = (*notices, Notice("organ_cut_by_border", text))
     surface = surface_of_mask(mask, origin=grid.world(corner[None])[0], step=grid.step_ras)
+    inside = np.flatnonzero(mask)
     return Organ(
         vertices=surface.vertices,
         faces=surface.faces,
         vertex_normals=surface.normals,
-        volume_points=grid.world(index),
+        volume_points=_centres(inside, mask.shape, corner, grid),
         boundary=boundary_of(mask).ravel()[inside],
         spacing_mm=grid.spacing_mm[::-1].copy(),
         volume_ml=len(inside) * grid.voxel_ml,
         name=name,
         notices=notices,
     )
+
+
+def _at_border(mask: Mask, corner: NDArray[np.int64], shape: tuple[int, int, int]) -> bool:
+    """Whether the mask reaches a face of the whole volume of ``shape``."""
+    first = [mask.take(0, axis).any() and corner[axis] == 0 for axis in range(3)]
+    last = [mask.take(-1, axis).any() and corner[axis] + mask.shape[axis] == shape[axis] for axis in range(3)]
+    return any(first) or any(last)
+
+
+def _centres(inside: NDArray[np.int64], shape: tuple[int, ...], corner: NDArray[np.int64], grid: VoxelGrid) -> Array:
+    """RAS mm positions (N, 3) of flat indices ``inside`` (N,) of the cropped mask; in blocks of bounded memory."""
+    centres = np.empty((len(inside), 3))
+    for start in range(0, len(inside), BLOCK):
+        part = slice(start, start + BLOCK)
+        centres[part] = grid.world(np.stack(np.unravel_index(inside[part], shape), axis=1) + corner)
+    return centres
