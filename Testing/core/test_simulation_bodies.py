@@ -16,6 +16,7 @@ from organphys.simulation.rest_shape import rest_shape
 from organphys.simulation.scene import Scene
 from organphys.simulation.state import SceneState
 from organphys.simulation.step import step
+from organphys.simulation.tool_reach import tool_reach
 
 OPTIONS = SimulationOptions(mass_damping=0, stiffness_damping=0.002, tolerance=1e-4)
 DT = 1 / 60
@@ -94,7 +95,10 @@ def test_energy_and_products_of_the_joint_potential_match_differences():
     _, state = thrown(bodies, ([0, 0, 0.02], [0.01, 0, -0.03]))
     pairs = body_pairs(bodies, state.bodies, OPTIONS, DT)
     motion = Motion((), (), (), np.zeros(0, dtype=np.int64))
-    parts = tuple(prepare(b, s, motion, OPTIONS, DT).potential for b, s in zip(bodies, state.bodies, strict=True))
+    parts = tuple(
+        prepare(b, s, motion, OPTIONS, DT, tool_reach(b, s, (), 0.0, OPTIONS, DT)).potential
+        for b, s in zip(bodies, state.bodies, strict=True)
+    )
     joint = JointPotential(parts, pairs)
     rng = np.random.default_rng(0)
     z, change = (1e-5 * rng.normal(size=(sum(b.basis.size for b in bodies), 3)) for _ in range(2))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -15,20 +16,21 @@ from .body import Body
 from .factor import FactorCache, renewed
 from .grasp import grip_springs, passing_on, slipped_grip, updated_grip
 from .incremental_potential import IncrementalPotential
-from .near_tools import SPARE, contact_terms, near_samples
+from .near_tools import contact_terms, near_samples
 from .newton_cg import Solved, minimise
 from .options import SimulationOptions
 from .state import BodyState, Grip, ToolPose, Touch
 from .time_scheme import SchemeStep, scheme_step
 from .tool_force import ToolForce, tool_forces
-from .tools import PlacedPart, Tool, place
+from .tool_reach import SURE, ToolReach, expected_way, farthest
+from .tools import PlacedPart, Tool, placed
 
-SURE = 1.3  # samples between the middles of patches may move farther than these
 LEAST_EFFORT = 12  # of a sub-step
 SEARCHES = 4  # rounds of the search for near samples, should the tissue have moved farther than expected
 
 
-class Motion(NamedTuple):
+@dataclass(frozen=True)
+class Motion:
     """Tools with their poses at the start and the end of the step, and the owner (P,) of each of their parts."""
 
     tools: tuple[Tool, ...]
@@ -36,9 +38,15 @@ class Motion(NamedTuple):
     after: tuple[ToolPose, ...]
     owner: NDArray[np.int64]
 
-    def parts(self, poses: tuple[ToolPose, ...]) -> tuple[PlacedPart, ...]:
-        """All parts of all tools, placed."""
-        return tuple(part for tool, pose in zip(self.tools, poses, strict=True) for part in place(tool, pose))
+    @cached_property
+    def old(self) -> tuple[PlacedPart, ...]:
+        """All parts of all tools at the start."""
+        return placed(self.tools, self.before)
+
+    @cached_property
+    def new(self) -> tuple[PlacedPart, ...]:
+        """All parts of all tools at the end."""
+        return placed(self.tools, self.after)
 
 
 @dataclass(frozen=True)
@@ -48,7 +56,8 @@ class BodyReport:
     solve: why the solver stopped, residual relative to the largest force; cg_steps: conjugate gradient steps;
     error_m: bound of the rms error of the positions from stopping there, m, where the energy is convex; min_det,
     volume_change: lowest det F and mean det F - 1 over the quadrature points; deepest_m: largest penetration of a
-    contact sample into a tool or another body, m (0: none); contacts: samples pushed by a tool; forces: on each tool.
+    contact sample into a tool or another body, m (0: none); contacts: samples pushed by a tool; forces: on each tool;
+    effort: what it cost, see ``SimulationOptions``.
     """
 
     solve: SolveReport
@@ -59,6 +68,7 @@ class BodyReport:
     deepest_m: float
     contacts: int
     forces: tuple[ToolForce, ...]
+    effort: int
 
 
 def advance(
@@ -68,20 +78,21 @@ def advance(
     options: SimulationOptions,
     dt: float,
     cache: FactorCache,
+    reach: ToolReach,
     *,
-    pieces: int = 1,
+    effort: int,
 ) -> tuple[BodyState, BodyReport]:
-    """The body's state ``dt`` s later, with a share of 1 / ``pieces`` of the effort that a step may cost."""
-    effort = max(options.effort // pieces, LEAST_EFFORT)
-    ready = prepared(body, state, motion, options, dt)
+    """The body's state ``dt`` s later, for about ``effort``; ``reach``: what tools may touch in the whole step."""
+    ready, spent = prepared(body, state, motion, options, dt, reach), 0
     for _ in range(SEARCHES):
         starts = (ready.potential.scheme.predicted, ready.state.z)
-        solved = minimise(ready.potential, starts, state.reference, cache, effort=effort)
+        solved = minimise(ready.potential, starts, state.reference, cache, effort=max(effort - spent, LEAST_EFFORT))
+        spent += solved.effort
         more = with_missed(ready, motion, options, solved.at.z)
         if more is None:
             break
         ready = more
-    return outcome(ready, motion, solved, dt)
+    return outcome(ready, motion, solved._replace(effort=spent), dt)
 
 
 class Ready(NamedTuple):
@@ -94,11 +105,12 @@ class Ready(NamedTuple):
     spare: float
 
 
-def prepared(body: Body, state: BodyState, motion: Motion, options: SimulationOptions, dt: float) -> Ready:
+def prepared(
+    body: Body, state: BodyState, motion: Motion, options: SimulationOptions, dt: float, reach: ToolReach
+) -> Ready:
     """What a step of one body needs."""
-    spare = SPARE + 1.5 * dt * fastest(body, state.velocity)
-    parts = (*motion.parts(motion.before), *motion.parts(motion.after))
-    samples = _near(body, state, parts, options.contact_gap + spare)
+    spare = expected_way(body, state, dt)
+    samples = _near(body, state, motion, options.contact_gap + spare, reach)
     state = replace(state, grips=_grips(body, state, samples, motion))
     scheme = scheme_step(options.scheme, state, dt)
     return Ready(state, _potential(body, state, motion, options, scheme, samples), samples, spare)
@@ -114,19 +126,18 @@ def _potential(
 ) -> IncrementalPotential:
     terms = None
     if len(samples):
-        old, new = motion.parts(motion.before), motion.parts(motion.after)
         terms = contact_terms(
-            body, state, samples, motion.tools, motion.owner, old, new, motion.after, options, scheme.h
+            body, state, samples, motion.tools, motion.owner, motion.old, motion.new, motion.after, options, scheme.h
         )
     return IncrementalPotential.of_step(body, options, scheme, terms)
 
 
 def with_missed(ready: Ready, motion: Motion, options: SimulationOptions, z: Array) -> Ready | None:
     """The same with samples that have come near a tool farther than expected at Z (n, 3); None: there are none."""
-    body, new = ready.potential.body, motion.parts(motion.after)
-    if not new or SURE * fastest(body, z - ready.state.z) < ready.spare:
+    body = ready.potential.body
+    if not motion.new or SURE * farthest(body, z - ready.state.z) < ready.spare:
         return None
-    missed = np.setdiff1d(near_samples(body, z, new, options.contact_gap), ready.samples)
+    missed = np.setdiff1d(near_samples(body, z, motion.new, options.contact_gap), ready.samples)
     if not len(missed):
         return None
     samples = np.union1d(ready.samples, missed)
@@ -136,17 +147,15 @@ def with_missed(ready: Ready, motion: Motion, options: SimulationOptions, z: Arr
     )
 
 
-def fastest(body: Body, velocity: Array) -> float:
-    """Largest speed of the middles of all patches, m/s, at coordinate velocity (n, 3); or way in m at a change of z."""
-    return float(np.sqrt(((body.middle_phi @ velocity) ** 2).sum(1).max()))
-
-
-def _near(body: Body, state: BodyState, parts: tuple[PlacedPart, ...], within: float) -> NDArray[np.int64]:
+def _near(body: Body, state: BodyState, motion: Motion, within: float, reach: ToolReach) -> NDArray[np.int64]:
     """Samples that a tool may touch, and those it holds or has just held."""
+    parts = (*motion.old, *motion.new)
     if not parts:
         return np.zeros(0, dtype=np.int64)
+    patches = reach.patches if reach.covers(body, state.z, within) else None
+    near = near_samples(body, state.z, parts, within, patches)
     kept = [samples for grip in state.grips for samples in (grip.sample, grip.passing)]
-    return np.unique(np.concatenate([near_samples(body, state.z, parts, within), *kept]))
+    return np.unique(np.concatenate([near, *kept]))
 
 
 def _grips(body: Body, state: BodyState, samples: NDArray[np.int64], motion: Motion) -> tuple[Grip, ...]:
@@ -190,6 +199,7 @@ def outcome(
         deepest,
         len(touch.sample),
         forces,
+        solved.effort,
     )
     reference, excess = renewed(state.reference, state.excess, at.z, solved.cg_steps)
     new = BodyState(at.z, velocity, state.z, state.velocity, reference, excess, dt, touch, grips)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .advance import SEARCHES, BodyReport, Motion, advance, outcome, prepared, with_missed
+from .advance import LEAST_EFFORT, SEARCHES, BodyReport, Motion, advance, outcome, prepared, with_missed
 from .body import Body
 from .body_contact import body_pairs
 from .factor import FactorCache
@@ -12,6 +12,7 @@ from .joint_potential import JointFactors, JointPotential
 from .newton_cg import Solved, minimise
 from .options import SimulationOptions
 from .state import BodyState
+from .tool_reach import ToolReach
 
 
 def advance_all(
@@ -21,29 +22,36 @@ def advance_all(
     options: SimulationOptions,
     dt: float,
     cache: FactorCache,
+    reaches: tuple[ToolReach, ...],
     *,
-    pieces: int = 1,
+    effort: int,
 ) -> list[tuple[BodyState, BodyReport]]:
-    """The states of all bodies ``dt`` s later; each by itself while none is near another."""
+    """The states of all bodies ``dt`` s later, for about ``effort`` each; each by itself while none is near another.
+
+    ``reaches``: what tools may touch of each in the whole step.
+    """
     pairs = body_pairs(bodies, states, options, dt) if len(bodies) > 1 else None
     if pairs is None:
         return [
-            advance(body, state, motion, options, dt, cache, pieces=pieces)
-            for body, state in zip(bodies, states, strict=True)
+            advance(body, state, motion, options, dt, cache, reach, effort=effort)
+            for body, state, reach in zip(bodies, states, reaches, strict=True)
         ]
-    ready = [prepared(body, state, motion, options, dt) for body, state in zip(bodies, states, strict=True)]
-    factors = JointFactors(cache, tuple(state.reference for state in states))
+    ready = [
+        prepared(body, state, motion, options, dt, reach)
+        for body, state, reach in zip(bodies, states, reaches, strict=True)
+    ]
+    factors, spent = JointFactors(cache, tuple(state.reference for state in states)), 0
     for _ in range(SEARCHES):
         joint = JointPotential(tuple(one.potential for one in ready), pairs)
         predicted = np.concatenate([part.scheme.predicted for part in joint.parts])
         present = np.concatenate([one.state.z for one in ready])
-        effort = len(bodies) * options.effort // pieces
-        solved = minimise(joint, (predicted, present), present, factors, effort=effort)
+        solved = minimise(joint, (predicted, present), present, factors, effort=max(effort - spent, LEAST_EFFORT))
+        spent += solved.effort
         more = [with_missed(one, motion, options, at.z) for one, at in zip(ready, solved.at.parts, strict=True)]
         if not any(more):
             break
         ready = [one if other is None else other for one, other in zip(ready, more, strict=True)]
-    gap = max(0.0, -solved.at.pairs.gap)
+    gap, solved = max(0.0, -solved.at.pairs.gap), solved._replace(effort=spent)
     return [
         outcome(one, motion, Solved(at._replace(gradient=solved.at.gradient[rows]), *solved[1:]), dt, deepest=gap)
         for one, at, rows in zip(ready, solved.at.parts, joint.slices, strict=True)

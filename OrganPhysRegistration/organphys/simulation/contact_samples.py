@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from ..ground.checks import Array, as_positive
 from ..points.sampling import cell_keys, one_per_cell
 
-PATCH_CELLS = 12  # sample spacings along the edge of a patch's cell
+PATCH_CELLS = 6  # sample spacings along the edge of a patch's cell
 FINER, CELL = 0.6, 0.75  # triangle edges and thinning cells in sample spacings
 
 

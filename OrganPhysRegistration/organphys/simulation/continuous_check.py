@@ -18,12 +18,17 @@ SHORT = 0.7  # radii: it is farther to the middle of a part from all points less
 
 def substeps(tool: Tool, start: ToolPose, end: ToolPose) -> int:
     """Number of sub-steps so that no point of the whole tool moves too far in one."""
+    return _pieces(farthest_way(tool, start, end), tool)
+
+
+def farthest_way(tool: Tool, start: ToolPose, end: ToolPose) -> float:
+    """A way, m, that no point of the tool exceeds in going from ``start`` to ``end``."""
     shift = float(np.linalg.norm(end.position - start.position))
     turn = float(rotation_angle(start.rotation, end.rotation))
     if start.shaft_rotation is not None and end.shaft_rotation is not None:
         turn = max(turn, float(rotation_angle(start.shaft_rotation, end.shaft_rotation)))
     opening = float(np.radians(abs(end.jaw_deg - start.jaw_deg))) / 2
-    return _pieces(shift + turn * tool.extent + opening * tool.jaw_extent, tool)
+    return shift + turn * tool.extent + opening * tool.jaw_extent
 
 
 def substeps_at(tool: Tool, start: ToolPose, end: ToolPose, points: Array) -> int:

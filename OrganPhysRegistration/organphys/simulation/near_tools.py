@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,20 +20,42 @@ SURE = 1.3  # a patch may be stretched more than the quadrature points nearest t
 SPARE = 1e-3  # m: tissue may move so much farther than its present velocity says before the search is repeated
 
 
-def near_samples(body: Body, z: Array, parts: tuple[PlacedPart, ...], within: float) -> NDArray[np.int64]:
-    """Indices (N,), ascending, of all samples within ``within`` m of a part at Z (n, 3)."""
-    surface = body.samples
-    centres = surface.points[surface.middle] + body.middle_phi @ z
+class Patches(NamedTuple):
+    """Patches (k,) of contact samples, ascending, and how far from their middles their samples may be (k,), m."""
+
+    number: NDArray[np.int64]
+    radius: Array
+
+
+def near_patches(body: Body, z: Array, parts: tuple[PlacedPart, ...], within: float) -> Patches:
+    """All patches that may have samples within ``within`` m of a part at Z (n, 3)."""
     stretch = SURE * stretches(body.strain.gradients(z))[body.patch_cells].max(1)
-    patches = np.zeros(len(centres), dtype=bool)
-    for part in parts:
-        patches |= part.gap_and_normal(centres)[0] < within + stretch * surface.reach
-    samples = surface.of_patches(np.flatnonzero(patches))
+    patches = Patches(np.arange(len(stretch)), stretch * body.samples.reach)
+    return _close(patches, body.samples.points[body.samples.middle] + body.middle_phi @ z, parts, within)
+
+
+def near_samples(
+    body: Body, z: Array, parts: tuple[PlacedPart, ...], within: float, patches: Patches | None = None
+) -> NDArray[np.int64]:
+    """Indices (N,), ascending, of all samples (of some patches) within ``within`` m of a part at Z (n, 3)."""
+    if patches is None:
+        patches = near_patches(body, z, parts, within)
+    else:
+        middles = body.samples.points[body.samples.middle[patches.number]] + body.middle_phi[patches.number] @ z
+        patches = _close(patches, middles, parts, within)
+    samples = body.samples.of_patches(patches.number)
     x = body.sample_positions(z, samples)
     near = np.zeros(len(samples), dtype=bool)
     for part in parts:
         near |= part.gap_and_normal(x)[0] < within
     return samples[near]
+
+
+def _close(patches: Patches, middles: Array, parts: tuple[PlacedPart, ...], within: float) -> Patches:
+    near = np.zeros(len(middles), dtype=bool)
+    for part in parts:
+        near |= part.gap_and_normal(middles)[0] < within + patches.radius
+    return Patches(patches.number[near], patches.radius[near])
 
 
 def stretches(f: Array) -> Array:

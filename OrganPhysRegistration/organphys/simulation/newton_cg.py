@@ -18,7 +18,7 @@ from .options import SimulationOptions
 SUFFICIENT = 1e-4  # Armijo's fraction of the predicted decrease
 HALVINGS = 12
 CG_STEPS = 60
-FACTOR = 5  # a preconditioner costs as much as so many Hessian products
+EVALUATION, FACTOR = 3, 4  # an evaluation, a preconditioner with its tangent cost as much as so many Hessian products
 FORCING = 0.05  # linear systems are solved to this part of the residual, or to the tolerance where that is more
 LEAST_FORCE = 1e-3  # m/s^2: forces are compared with at least this times the mass
 ROUNDING = 1e-13
@@ -65,11 +65,12 @@ class Factors(Protocol):
 
 
 class Solved(NamedTuple):
-    """Where Newton stopped, why, and how many conjugate gradient steps it took."""
+    """Where Newton stopped, why, how many conjugate gradient steps it took, and what all of it cost, in these."""
 
     at: Any
     report: SolveReport
     cg_steps: int
+    effort: int
 
 
 def minimise(
@@ -82,21 +83,21 @@ def minimise(
 ) -> Solved:
     """Minimum from the first of ``starts`` (n, 3) that is admissible; the last one must be.
 
-    ``reference`` (n, 3): where the preconditioner takes its stiffness; ``effort``: about so many evaluations and
-    Hessian products, or what costs as much, at most, those of the options if not given.
+    ``reference`` (n, 3): where the preconditioner takes its stiffness; ``effort``: about so many Hessian products, or
+    what costs as much, at most, those of the options if not given.
     The report's residual is the norm of the gradient over the largest force. With ``Stop.STALLED`` or STEP_LIMIT the
     state is still finite, just not as exact as asked.
     """
     at: Point = _first_admissible(potential, starts)
-    evaluations, cg_steps = 1, 0
+    evaluations, cg_steps, spent = 1, 0, EVALUATION
     effort = potential.options.effort if effort is None else effort
     for iteration in range(potential.options.newton_steps + 1):
         largest = max(at.largest, LEAST_FORCE * potential.mass)
         norm = float(np.linalg.norm(at.gradient))
         goal = potential.options.tolerance * largest
         if norm <= goal:
-            return Solved(at, SolveReport(Stop.CONVERGED, iteration, evaluations, norm / largest), cg_steps)
-        left = effort - evaluations - cg_steps - FACTOR * iteration
+            return Solved(at, SolveReport(Stop.CONVERGED, iteration, evaluations, norm / largest), cg_steps, spent)
+        left = effort - spent - FACTOR - EVALUATION
         if iteration == potential.options.newton_steps or left <= 0:
             break
         factor = cache.factor(potential, at, reference)
@@ -104,11 +105,12 @@ def minimise(
         cg_steps += used
         trial, tried = _line_search(potential, at, direction)
         evaluations += tried
+        spent = EVALUATION * evaluations + cg_steps + FACTOR * (iteration + 1)
         if trial is None:
-            return Solved(at, SolveReport(Stop.STALLED, iteration, evaluations, norm / largest), cg_steps)
+            return Solved(at, SolveReport(Stop.STALLED, iteration, evaluations, norm / largest), cg_steps, spent)
         at = trial
     report = SolveReport(Stop.STEP_LIMIT, iteration, evaluations, norm / largest)
-    return Solved(at, report, cg_steps)
+    return Solved(at, report, cg_steps, spent)
 
 
 def _first_admissible(potential: Potential, starts: tuple[Array, ...]) -> Point:

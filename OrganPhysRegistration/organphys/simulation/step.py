@@ -7,15 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..ground.checks import InputError, as_positive
-from .advance import BodyReport, Motion, fastest
+from .advance import LEAST_EFFORT, BodyReport, Motion
 from .advance_together import advance_all
-from .continuous_check import substeps, substeps_at
+from .continuous_check import farthest_way, substeps, substeps_at
 from .factor import FactorCache
-from .near_tools import SPARE, near_samples
+from .near_tools import near_samples
 from .scene import Scene
 from .state import SceneState, ToolPose
 from .tool_force import ToolForce
-from .tools import between, place
+from .tool_reach import ToolReach, expected_way, tool_reach
+from .tools import between, place, placed
 
 
 @dataclass(frozen=True)
@@ -38,30 +39,37 @@ def step(
     cache = FactorCache() if cache is None else cache
     if len(state.bodies) != len(scene.bodies):
         raise InputError(f"state: expected {len(scene.bodies)} bodies, got {len(state.bodies)}")
-    count = _substeps(scene, state, poses, dt)
-    forces = [ToolForce.none() for _ in scene.tools]
+    count, reaches = _plan(scene, state, poses, dt)
+    forces, left = [ToolForce.none() for _ in scene.tools], scene.options.effort
     bodies, before, owner = state.bodies, state.tools, scene.part_owner
     reports: tuple[BodyReport, ...] = ()
     for k in range(count):
         after = tuple(between(a, b, (k + 1) / count) for a, b in zip(state.tools, poses, strict=True))
-        motion = Motion(scene.tools, before, after, owner)
-        results = advance_all(scene.bodies, bodies, motion, scene.options, dt / count, cache, pieces=count)
+        motion, effort = Motion(scene.tools, before, after, owner), max(left // (count - k), LEAST_EFFORT)
+        results = advance_all(scene.bodies, bodies, motion, scene.options, dt / count, cache, reaches, effort=effort)
         bodies, reports, before = tuple(r[0] for r in results), tuple(r[1] for r in results), after
+        left -= max(report.effort for report in reports)
         for report in reports:
             forces = [total.plus(one, 1 / count) for total, one in zip(forces, report.forces, strict=True)]
     return SceneState(bodies, poses, state.time + dt), StepReport(reports, tuple(forces), count)
 
 
-def _substeps(scene: Scene, state: SceneState, poses: tuple[ToolPose, ...], dt: float) -> int:
-    """How often the step is cut; once where no tool comes near any body."""
+def _plan(scene: Scene, state: SceneState, poses: tuple[ToolPose, ...], dt: float) -> tuple[int, tuple[ToolReach, ...]]:
+    """How often the step is cut, once where no tool comes near any body, and what tools may touch of each body."""
+    moves = tuple(zip(scene.tools, state.tools, poses, strict=True))
+    parts = (*placed(scene.tools, state.tools), *placed(scene.tools, poses))
+    fast = [move for move in moves if substeps(*move) > 1]
+    travel = max((farthest_way(*move) / 2 for move in fast), default=0.0)
+    reaches = tuple(
+        tool_reach(body, old, parts, travel, scene.options, dt)
+        for body, old in zip(scene.bodies, state.bodies, strict=True)
+    )
     count = 1
-    for tool, start, end in zip(scene.tools, state.tools, poses, strict=True):
-        if substeps(tool, start, end) <= count:
-            continue
-        parts = (*place(tool, start), *place(tool, end))
-        travel = float(np.linalg.norm(end.position - start.position)) / 2
-        for body, old in zip(scene.bodies, state.bodies, strict=True):
-            within = travel + scene.options.contact_gap + SPARE + fastest(body, old.velocity) * dt
-            points = body.sample_positions(old.z, near_samples(body, old.z, parts, within))
-            count = max(count, substeps_at(tool, start, end, points))
-    return count
+    for body, old, reach in zip(scene.bodies, state.bodies, reaches, strict=True):
+        for tool, start, end in fast:
+            ends = (*place(tool, start), *place(tool, end))
+            shift = float(np.linalg.norm(end.position - start.position)) / 2
+            within = scene.options.contact_gap + expected_way(body, old, dt) + shift
+            near = near_samples(body, old.z, ends, within, reach.patches)
+            count = max(count, substeps_at(tool, start, end, body.sample_positions(old.z, near)))
+    return count, reaches

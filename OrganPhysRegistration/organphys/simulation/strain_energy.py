@@ -59,11 +59,11 @@ class StrainEnergy:
 
     def rates(self, z: Array) -> Array:
         """Linear part of the deformation gradients (3, 3, Q), without the identity."""
-        return _times(self.rows, z).astype(np.float64, copy=False)
+        return _times(self._columns, z).astype(np.float64, copy=False)
 
     def loads(self, stress: Array) -> Array:
         """Nodal forces (n, 3) of stresses (3, 3, Q): sum over the points of weight * stress : dF/dZ."""
-        return _transposed_times(self.rows, stress * self.weights).astype(np.float64, copy=False)
+        return self._columns @ (stress * self.weights).reshape(3, -1).T
 
     def energy_and_stress(self, f: Array, viscosity: Viscosity | None) -> tuple[float, Array]:
         """Energy in J (infinite where det F <= 0) and stress dE/dF (3, 3, Q) in Pa."""
@@ -86,7 +86,7 @@ class StrainEnergy:
 
     def hessian_product(self, tangent: Tangent, change: Array) -> Array:
         """Second derivative of the energy times ``change`` (n, 3), to single precision: (n, 3)."""
-        df = _times(self.rows32, change.astype(np.float32))
+        df = _times(self._columns32, change.astype(np.float32))
         out = np.float32(self.material.mu) * df
         out += tangent.slope * _cofactor_change(tangent.gradient, df)
         out += (tangent.curvature * np.einsum("amq,amq->q", tangent.cofactor, df)) * tangent.cofactor
@@ -94,12 +94,21 @@ class StrainEnergy:
             viscous = self._viscous(_right_product(tangent.start, df))
             out += np.float32(tangent.viscous) * _product(tangent.start, viscous)
         out *= self._weights32
-        return _transposed_times(self.rows32, out).astype(np.float64)
+        return (self._columns32 @ out.reshape(3, -1).T).astype(np.float64)
 
     @cached_property
     def rows32(self) -> Single:
         """``rows`` in single precision."""
         return self.rows.astype(np.float32)
+
+    @cached_property
+    def _columns(self) -> Array:
+        """``rows`` turned over, (n, 3 Q): products with three columns are several times quicker in this order."""
+        return np.ascontiguousarray(self.rows.T)
+
+    @cached_property
+    def _columns32(self) -> Single:
+        return self._columns.astype(np.float32)
 
     @cached_property
     def _weights32(self) -> Single:
@@ -118,14 +127,10 @@ class StrainEnergy:
         return out
 
 
-def _times(rows: Numbers, z: Numbers) -> Numbers:
-    """(rows @ Z) as (3 a, 3 m, Q): one matrix-vector product per column is quicker than a product with three."""
-    return np.stack([rows @ column for column in np.ascontiguousarray(z.T)]).reshape(3, 3, -1)
-
-
-def _transposed_times(rows: Numbers, stress: Numbers) -> Numbers:
-    """rows^T times stress (3, 3, Q): (n, 3)."""
-    return np.stack([column @ rows for column in stress.reshape(3, -1)], axis=1)
+def _times(columns: Numbers, z: Numbers) -> Numbers:
+    """(columns^T @ Z) as (3 a, 3 m, Q)."""
+    product: Numbers = np.ascontiguousarray(z.T) @ columns
+    return product.reshape(3, 3, -1)
 
 
 def _cofactor_change(f: Single, df: Single) -> Single:

@@ -63,10 +63,12 @@ class Capsule:
     def _from_axis(self, points: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
         """Distance (N,) from the segment, unit direction (N, 3), and whether its foot is between the ends (N,)."""
         axis = self.end - self.start
-        along = (points - self.start) @ axis / max(float(axis @ axis), 1e-30)
-        offset = points - self.start - np.clip(along, 0.0, 1.0)[:, None] * axis
-        distance = np.sqrt((offset**2).sum(1))
-        return distance, offset / np.maximum(distance, 1e-12)[:, None], (along > 0) & (along < 1)
+        offset = points - self.start
+        along = offset @ (axis / max(float(axis @ axis), 1e-30))
+        offset -= np.minimum(np.maximum(along, 0.0), 1.0)[:, None] * axis
+        distance = np.sqrt(np.einsum("na,na->n", offset, offset))
+        offset /= np.maximum(distance, 1e-12)[:, None]
+        return distance, offset, (along > 0) & (along < 1)
 
 
 def sphere(radius: float, centre: Array | None = None) -> Capsule:

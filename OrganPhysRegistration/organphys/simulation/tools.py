@@ -123,6 +123,11 @@ def place(tool: Tool, pose: ToolPose) -> tuple[PlacedPart, ...]:
     return tuple(PlacedPart(part.shape, *frames[part.link, part.jaw]) for part in tool.parts)
 
 
+def placed(tools: tuple[Tool, ...], poses: tuple[ToolPose, ...]) -> tuple[PlacedPart, ...]:
+    """The parts of all tools, in a row, at their poses."""
+    return tuple(part for tool, pose in zip(tools, poses, strict=True) for part in place(tool, pose))
+
+
 def wrist_frames(pose: ToolPose, wrist_length: float) -> tuple[Array, Array, Array]:
     """Rotation (3, 3) of the wrist, origin (3,) m of wrist and shaft, rotation (3, 3) of the shaft.
 
