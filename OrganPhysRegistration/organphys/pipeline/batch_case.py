@@ -5,37 +5,21 @@ from __future__ import annotations
 import argparse
 import time
 import traceback
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..ground.atomic_file import write_text
 from ..ground.progress import no_progress
 from .batch_folder import CaseFolder
 from .batch_lock import case_lock
-from .batch_table import BatchCase
+from .batch_records import BUSY, DONE, FAILED, KEPT, BatchCase, Outcome, Work
 from .command_line import one_line
-from .commands_register import provenance_of, register_files
 from .processor import one_blas_thread
-from .registration import Registration
-from .write_outputs import write_outputs
+from .provenance import provenance_of
 
-DONE, KEPT, FAILED, BUSY = "done", "finished before", "failed", "held by another batch"
-NOT_RUN = "not run"
-
-Work = Callable[[argparse.Namespace, Path], Mapping[str, Any]]
-"""Writes a case's files into an empty folder and returns what the summary tells of it: names with units and values."""
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What became of a case: ``status`` is DONE, KEPT, FAILED, BUSY where someone else holds it, or NOT_RUN."""
-
-    status: str
-    seconds: float | None = None
-    result: Mapping[str, Any] = field(default_factory=dict)
-    error: str = ""
+if TYPE_CHECKING:
+    from .registration import Registration
 
 
 @one_blas_thread
@@ -74,7 +58,10 @@ def _failed(folder: CaseFolder, error: Exception) -> Outcome:
 
 
 def register_case(arguments: argparse.Namespace, folder: Path) -> Mapping[str, Any]:
-    """The work of ``organphys register``."""
+    """The work of ``organphys register``, which is loaded when the first case comes to it."""
+    from .commands_register import register_files
+    from .write_outputs import write_outputs
+
     registration = register_files(arguments, no_progress)
     write_outputs(registration, folder)
     return figures(registration)

@@ -6,7 +6,7 @@ import logging
 import os
 import signal
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from distributed import Client
 
 MISSING = 'batch: needs Dask, which is not installed; pip install -c constraints.txt ".[batch]"'
-DEATHS = 2  # of its worker, then a case is given up
 _ANSWER_S, _WORKERS_S, _CLOSE_S = 10, 60, 5
 
 
@@ -37,18 +36,25 @@ def usual_workers() -> int:
     return max(1, cores // 2)
 
 
+def batch_client(scheduler: str | None, workers: int | None, out: Path, cases: int) -> AbstractContextManager[Client]:
+    """A client of the scheduler at that address if one is given, else of new worker processes of this machine."""
+    if scheduler is not None:
+        return cluster_client(scheduler, out)
+    return local_client(min(workers or usual_workers(), cases))
+
+
 @contextmanager
 def local_client(workers: int) -> Iterator[Client]:
     """Worker processes of this machine, one thread each, ended with the block; they are reached on 127.0.0.1 only."""
     import dask
     from distributed import Client, LocalCluster
 
-    with dask.config.set({"distributed.scheduler.allowed-failures": DEATHS - 1}):
+    with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
         cluster = LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
             host="127.0.0.1",
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",  # any free port: the usual one may be taken
             memory_limit=0,
             silence_logs=logging.CRITICAL,
         )

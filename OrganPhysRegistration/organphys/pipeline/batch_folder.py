@@ -13,7 +13,7 @@ from typing import Any
 from ..ground.atomic_file import write_text
 from ..ground.checks import InputError
 from ..ground.plain_json import dump
-from .commands_register import fingerprint
+from .provenance import fingerprint
 
 RECORD, HIDDEN, ERRORS = "batch.json", ".batch", "errors"
 SCHEMA = 1

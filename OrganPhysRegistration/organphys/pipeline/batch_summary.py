@@ -13,8 +13,7 @@ from urllib.parse import quote
 
 from ..exports.report_page import heading, page, paragraph, tiles, words
 from ..ground.atomic_file import write_text
-from .batch_case import FAILED, KEPT, NOT_RUN, Outcome
-from .batch_table import BatchCase
+from .batch_records import FAILED, KEPT, NOT_RUN, BatchCase, Outcome
 from .write_outputs import REPORT
 
 CSV, HTML = "summary.csv", "summary.html"

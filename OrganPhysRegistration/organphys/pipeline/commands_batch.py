@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
+from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ..ground.checks import InputError
-from .batch_case import FAILED, KEPT, NOT_RUN, Outcome, Work, register_case
-from .batch_cluster import cluster_client, local_client, need_dask, usual_workers
+from .batch_case import register_case
+from .batch_cluster import batch_client, need_dask
 from .batch_folder import HIDDEN, CaseFolder
+from .batch_records import FAILED, KEPT, NOT_RUN, BatchCase, Outcome, Work
 from .batch_run import run_cases, sweep
 from .batch_summary import HTML, counts, write_summary
-from .batch_table import BatchCase, read_batch
+from .batch_table import read_batch
 from .terminal_progress import shown_progress
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 SOME_FAILED = 3
 
@@ -30,7 +27,10 @@ def run(arguments: argparse.Namespace, *, work: Work = register_case) -> int:
     out = _folder(arguments.out)
     outcomes: dict[str, Outcome] = {}
     try:
-        with shown_progress(quiet=arguments.quiet) as progress, _client(arguments, out, len(cases)) as client:
+        with (
+            shown_progress(quiet=arguments.quiet) as progress,
+            batch_client(arguments.scheduler, arguments.workers, out, len(cases)) as client,
+        ):
             run_cases(cases, out, client, outcomes, work=work, progress=progress)
     except KeyboardInterrupt as stop:
         outcomes |= {case.name: _unasked(case, out) for case in cases if case.name not in outcomes}
@@ -40,6 +40,8 @@ def run(arguments: argparse.Namespace, *, work: Work = register_case) -> int:
         sweep(cases, out)
         if outcomes:
             write_summary(out, cases, outcomes)
+        else:
+            _remove_empty(out)
     if not arguments.quiet:
         print(_told(cases, outcomes, out))
     return SOME_FAILED if any(outcome.status == FAILED for outcome in outcomes.values()) else 0
@@ -58,10 +60,11 @@ def _folder(name: str) -> Path:
     return out
 
 
-def _client(arguments: argparse.Namespace, out: Path, cases: int) -> AbstractContextManager[Client]:
-    if arguments.scheduler is not None:
-        return cluster_client(arguments.scheduler, out)
-    return local_client(min(arguments.workers or usual_workers(), cases))
+def _remove_empty(out: Path) -> None:
+    """A folder in which nothing came about is not left behind; one that holds something stays."""
+    with suppress(OSError):
+        (out / HIDDEN).rmdir()
+        out.rmdir()
 
 
 def _unasked(case: BatchCase, out: Path) -> Outcome:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import hashlib
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from .. import __version__
 from ..ground.checks import InputError
 from ..ground.progress import Progress
 from ..points.point_sets import Box, Camera, Landmarks, SceneUnit
@@ -20,6 +18,7 @@ from ..readers.landmarks_file import read_landmarks
 from ..readers.roi_file import read_box
 from ..readers.segmentation_file import read_organ
 from .output_folder import whole_or_nothing
+from .provenance import provenance_of
 from .register import register
 from .registration import RegisterOptions, Registration
 from .terminal_progress import shown_progress
@@ -118,30 +117,6 @@ def opacity_of(value: float) -> float:
     if not 0 <= value < 1:
         raise InputError(f"--opacity: expected a number from 0 to below 1, got {value}")
     return value
-
-
-def provenance_of(arguments: argparse.Namespace) -> dict[str, Any]:
-    """What the asset tells about its making: versions, options, and name and SHA-256 of each input file."""
-    files = {name: getattr(arguments, name) for name in ("labels", "splat", "landmarks", "splat_landmarks", "roi")}
-    texts = ("organ", "label_scheme", "camera", "fov", "mm_per_unit", "opacity", "clean", "method", "stiffness")
-    more = ("weights", "seed", "no_opening", "close_holes")
-    return {
-        "organphys": __version__,
-        "inputs": {name: fingerprint(value) for name, value in files.items() if value is not None},
-        "options": {name: getattr(arguments, name) for name in (*texts, *more)},
-    }
-
-
-def fingerprint(value: str) -> Mapping[str, str]:
-    """Name and SHA-256 of a file; a text that names none stands for itself."""
-    path = Path(value)
-    if not path.is_file():
-        return {"text": value}
-    with path.open("rb") as file:
-        digest = hashlib.sha256()
-        while block := file.read(1 << 20):
-            digest.update(block)
-    return {"file": path.name, "sha256": digest.hexdigest()}
 
 
 def summary(registration: Registration, folder: str | Path) -> str:

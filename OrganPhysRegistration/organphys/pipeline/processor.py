@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 
+import scipy.linalg  # noqa: F401  threadpoolctl limits what is loaded by then: numpy's BLAS and scipy's own
 from threadpoolctl import threadpool_limits
 
 # The matrices are small and the stages bring their own two threads: BLAS threads beside them cost tenfold time.
