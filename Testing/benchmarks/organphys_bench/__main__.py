@@ -1,0 +1,5 @@
+"""python -m organphys_bench"""
+
+from .command_line import main
+
+main()

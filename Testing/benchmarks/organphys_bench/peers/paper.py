@@ -1,0 +1,80 @@
+"""The method of the OrganPhys paper: as it is, from the common start, and its Figure 8."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from organphys.elastic.paper_elastic import paper_elastic
+from organphys.elastic.paper_model import LEVELS, PaperElasticOptions, paper_model
+from organphys.elastic.records import ElasticStep
+from organphys.ground.frames import Similarity
+from organphys.ground.progress import no_progress
+from organphys.pipeline.paper_method import PaperMethod
+from organphys.pipeline.session import RegistrationSession
+
+from ..problem.outcome import Clock, Outcome
+from ..problem.problem import Problem
+
+
+def paper(problem: Problem, clock: Clock) -> Outcome:
+    """Its own coarse alignment, rigid and elastic ICP (preset moderate)."""
+    return _registered(problem, clock, None)
+
+
+def paper_same_start(problem: Problem, clock: Clock) -> Outcome:
+    """Its rigid and elastic ICP from the start that the other peers get."""
+    with clock.stage("start"):
+        start = problem.start
+    return _registered(problem, clock, start)
+
+
+def _registered(problem: Problem, clock: Clock, start: Similarity | None) -> Outcome:
+    options = problem.options(method="paper")
+    session = RegistrationSession(
+        problem.organ, problem.splat, options, landmarks=problem.landmarks, camera=problem.camera, box=problem.box
+    )
+    for stage in ("coarse", "rigid", "elastic"):
+        with clock.stage(stage):
+            session.advance(stage, start=start if stage == "rigid" else None)
+    done = session.registration
+    facts = {"steps": curve(done.steps, done.organ.normalisation.length)}
+    facts["stages_wall_s"] = dict(done.seconds)
+    facts["similarities"] = {name: pose.matrix.tolist() for name, pose in done.similarities.items()}
+    return Outcome(done.organ.map_points, done.organ.T_scene_ct, facts=facts)
+
+
+@dataclass(frozen=True)
+class OneAlpha(PaperElasticOptions):
+    """A single level, with the steps of the paper's Figure 8."""
+
+    outer_steps: int = 35
+    inner_steps: int = 300
+
+    @property
+    def alphas(self) -> tuple[float, ...]:
+        return (LEVELS[self.stiffness][-1],)
+
+
+def paper_figure_8(problem: Problem, clock: Clock) -> Outcome:
+    """The elastic ICP three times, at one alpha each, from the rigid ICP at the common start; mapped as alpha 0.005."""
+    method = PaperMethod(problem.case)
+    with clock.stage("start"):
+        start = problem.start
+    with clock.stage("rigid"):
+        T_scene_ct = method.rigid(method.coarse(no_progress), start, no_progress).T_scene_ct
+    curves: dict[str, Any] = {}
+    for preset in LEVELS:
+        options = OneAlpha(stiffness=preset, seed=problem.seed)
+        with clock.stage("basis"):
+            organ = problem.organ
+            model = paper_model(method.boundary, organ.volume_points, organ.volume_ml, options=options)
+        with clock.stage(f"elastic, alpha {options.alphas[0]}"):
+            found = paper_elastic(model, problem.case.scene.target, T_scene_ct=T_scene_ct, options=options)
+        curves[str(options.alphas[0])] = curve(found.steps, model.normalisation.length)
+    return Outcome(found.map_points, T_scene_ct, facts={"figure_8": curves})
+
+
+def curve(steps: tuple[ElasticStep, ...], length_mm: float) -> list[list[float]]:
+    """Per outer step: alpha, trim30 splat to CT in the paper's unit (CT box), volume drift in percent."""
+    return [[s.alpha, s.trim30_splat_to_ct_mm / length_mm, s.volume_drift_percent] for s in steps]
