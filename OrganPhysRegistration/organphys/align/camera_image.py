@@ -20,6 +20,7 @@ from .splat_surface import SplatSurface
 Mask = NDArray[np.bool_]
 
 UNSEEN = 0.8  # cost of organ tissue that faces the camera where nothing is known, or huge organs hide outside the view
+OFF_EDGE = 1e-6  # pixels between the outermost points and the edge of theirs: on it, rounding would choose the pixel
 BEYOND_CUT = 0.3  # the same beyond a cut edge, where tissue is expected: a little more than where an organ fits
 
 
@@ -85,7 +86,7 @@ def camera_image(
         1.3 * surface.spacing / float(np.median(surface.points[:, 2])),
     )
     margin = int(options.margin * options.pixels)
-    low = plane.min(0) - margin * pixel
+    low = plane.min(0) - (margin + OFF_EDGE) * pixel
     width, height = (int(n) for n in np.ceil(np.ptp(plane, axis=0) / pixel).astype(int) + 2 * margin + 1)
     index = np.floor((plane - low) / pixel).astype(np.int64)
     distance = np.linalg.norm(surface.points, axis=1)
