@@ -20,19 +20,19 @@ def camera_off(case: CaseInputs, rng: np.random.Generator) -> CaseInputs:
     return replace(case, camera=Camera(0.15 * depth * np.array([np.cos(angle), np.sin(angle), 0.0])))
 
 
-def outliers(case: CaseInputs, rng: np.random.Generator) -> CaseInputs:
-    """20 % more opaque Gaussians, spread over the bounding box of the opaque ones."""
+def outliers(case: CaseInputs, rng: np.random.Generator, *, share: float = 0.2) -> CaseInputs:
+    """A ``share`` more opaque Gaussians, spread over the bounding box of the opaque ones."""
     opaque = _opaque(case.splat)
     low, high = np.quantile(opaque, [0.01, 0.99], axis=0)
-    return _with_splat(case, np.concatenate([opaque, rng.uniform(low, high, (len(opaque) // 5, 3))]))
+    return _with_splat(case, np.concatenate([opaque, rng.uniform(low, high, (round(share * len(opaque)), 3))]))
 
 
-def noise(case: CaseInputs, rng: np.random.Generator) -> CaseInputs:
-    """White noise of 0.6 mm along the rays and waves of 0.6 mm and 14 mm length on top of the splat's own noise."""
+def noise(case: CaseInputs, rng: np.random.Generator, *, sd_mm: float = 0.6) -> CaseInputs:
+    """White noise of ``sd_mm`` along the rays and as high waves of 14 mm length on top of the splat's own noise."""
     opaque = _opaque(case.splat)
     mm = opaque * case.truth.mm_per_unit
     waves = np.cos(mm @ (rng.normal(size=(3, 100)) / 14) + rng.uniform(0, 2 * np.pi, 100)).sum(1) * np.sqrt(2 / 100)
-    along = 0.6 * (waves + rng.normal(size=len(mm))) / case.truth.mm_per_unit
+    along = sd_mm * (waves + rng.normal(size=len(mm))) / case.truth.mm_per_unit
     return _with_splat(case, opaque + along[:, None] * opaque / np.linalg.norm(opaque, axis=1, keepdims=True))
 
 
@@ -60,12 +60,12 @@ def pinched(case: CaseInputs, rng: np.random.Generator) -> CaseInputs:
     return _with_splat(case, opaque - pull)
 
 
-def landmarks_off(case: CaseInputs, rng: np.random.Generator) -> CaseInputs:
-    """Landmarks 10 mm from where they were, snapped to the organ's surface."""
+def landmarks_off(case: CaseInputs, rng: np.random.Generator, *, distance_mm: float = 10.0) -> CaseInputs:
+    """Landmarks ``distance_mm`` from where they were, snapped to the organ's surface."""
     if case.landmarks is None:
         return case
     moved = rng.normal(size=case.landmarks.positions.shape)
-    moved = case.landmarks.positions + 10 * moved / np.linalg.norm(moved, axis=1, keepdims=True)
+    moved = case.landmarks.positions + distance_mm * moved / np.linalg.norm(moved, axis=1, keepdims=True)
     nearest = np.linalg.norm(case.organ.vertices[None] - moved[:, None], axis=2).argmin(1)
     return replace(case, landmarks=Landmarks(case.organ.vertices[nearest]))
 

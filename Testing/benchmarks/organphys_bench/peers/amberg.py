@@ -11,14 +11,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from organphys.exports.mesh_thinning import thin_mesh
-from organphys.ground.checks import Array
-from organphys.points.point_sets import Organ
-
 from ..problem.outcome import Clock, Outcome
 from ..problem.problem import Problem
 from .rigid_icp import IcpOptions, icp, surface_points
 from .surface_extension import EXTENSION, extended
+from ..problem.thin_surface import thinned
 
 VERTICES = 1500
 FARTHEST = 3.0  # median distances of the start
@@ -44,15 +41,4 @@ def amberg(problem: Problem, clock: Clock) -> Outcome:
         )
     with clock.stage("extension"):
         map_points = extended(vertices, np.asarray(moved), T_scene_ct)
-    return Outcome(map_points, T_scene_ct, EXTENSION, {"vertices": len(vertices)})
-
-
-def thinned(organ: Organ, count: int) -> tuple[Array, Array]:
-    """Vertices (N, 3) mm and faces of the organ's surface with about ``count`` vertices."""
-    across = 8
-    while True:
-        mesh = thin_mesh(organ.vertices, organ.faces, cells_across=across)
-        used, faces = np.unique(mesh.faces, return_inverse=True)
-        if len(used) >= count or across > 200:
-            return mesh.averaged(organ.vertices)[used], faces.reshape(-1, 3)
-        across = int(np.ceil(1.15 * across))
+    return Outcome(map_points, T_scene_ct, EXTENSION, {"start": start, "icp": T_scene_ct}, {"vertices": len(vertices)})

@@ -49,7 +49,7 @@ def coherent_drift(problem: Problem, clock: Clock) -> Outcome:
         return (placed + gaussians(placed, drift.Y) @ drift.W) * spread + centre
 
     facts = {"drift_steps": int(drift.iteration), "moving_points": len(moving)}
-    return Outcome(map_points, T_scene_ct, "the method's own Gaussian velocity field", facts)
+    return Outcome(map_points, T_scene_ct, "the method's own Gaussian velocity field", {"start": start, "icp": T_scene_ct}, facts)
 
 
 def facing_points(problem: Problem, T_scene_ct: Similarity) -> Array:

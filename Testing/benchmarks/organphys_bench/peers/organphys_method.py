@@ -20,7 +20,8 @@ def organphys(problem: Problem, clock: Clock) -> Outcome:
     facts = {"stages_wall_s": dict(done.seconds), "elastic_steps": len(done.steps)}
     if done.verdict is not None:
         facts["verdict"] = done.verdict.level
-    return Outcome(done.organ.map_points, done.organ.T_scene_ct, facts=facts)
+    stages = {name: done.similarities[name] for name in ("coarse", "rigid")}
+    return Outcome(done.organ.map_points, done.organ.T_scene_ct, stages=stages, facts=facts)
 
 
 def organphys_no_landmarks(problem: Problem, clock: Clock) -> Outcome:

@@ -40,8 +40,8 @@ def _registered(problem: Problem, clock: Clock, start: Similarity | None) -> Out
     done = session.registration
     facts = {"steps": curve(done.steps, done.organ.normalisation.length)}
     facts["stages_wall_s"] = dict(done.seconds)
-    facts["similarities"] = {name: pose.matrix.tolist() for name, pose in done.similarities.items()}
-    return Outcome(done.organ.map_points, done.organ.T_scene_ct, facts=facts)
+    stages = {name: done.similarities[name] for name in ("coarse", "rigid")}
+    return Outcome(done.organ.map_points, done.organ.T_scene_ct, stages=stages, facts=facts)
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def paper_figure_8(problem: Problem, clock: Clock) -> Outcome:
         with clock.stage(f"elastic, alpha {options.alphas[0]}"):
             found = paper_elastic(model, problem.case.scene.target, T_scene_ct=T_scene_ct, options=options)
         curves[str(options.alphas[0])] = curve(found.steps, model.normalisation.length)
-    return Outcome(found.map_points, T_scene_ct, facts={"figure_8": curves})
+    return Outcome(found.map_points, T_scene_ct, stages={"rigid": T_scene_ct}, facts={"figure_8": curves})
 
 
 def curve(steps: tuple[ElasticStep, ...], length_mm: float) -> list[list[float]]:

@@ -48,7 +48,7 @@ def _registered(problem: Problem, clock: Clock, options: IcpOptions) -> Outcome:
         start = problem.start
     with clock.stage("icp"):
         T_scene_ct, steps = icp(problem.case.scene.target, surface_points(problem), start, options)
-    return Outcome(T_scene_ct.apply, T_scene_ct, facts={"icp_steps": steps})
+    return Outcome(T_scene_ct.apply, T_scene_ct, stages={"start": start}, facts={"icp_steps": steps})
 
 
 def surface_points(problem: Problem) -> Array:

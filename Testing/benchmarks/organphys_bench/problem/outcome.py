@@ -17,12 +17,14 @@ class Outcome:
     """map_points: CT points (N, 3) in RAS mm, on the organ or in it, to the scene (N, 3).
 
     T_scene_ct: the similarity beyond which the organ is deformed; extension: how points inside are mapped where the
-    method itself moves surface points only; facts: numbers of the method's own, JSON values.
+    method itself moves surface points only; stages: T_scene_ct at the end of earlier stages, by name; facts: numbers of
+    the method's own, JSON values.
     """
 
     map_points: Callable[[Array], Array]
     T_scene_ct: Similarity
     extension: str = ""
+    stages: Mapping[str, Similarity] = field(default_factory=dict)
     facts: Mapping[str, Any] = field(default_factory=dict)
 
 

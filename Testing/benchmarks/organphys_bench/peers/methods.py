@@ -1,0 +1,42 @@
+"""All methods by name; a method's own packages are imported when it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..problem.outcome import Clock, Outcome
+    from ..problem.problem import Problem
+
+
+@dataclass(frozen=True)
+class Method:
+    """title: for tables; place: "module:function" of this package; ``extra``: not one row of the main table."""
+
+    title: str
+    place: str
+    extra: bool = False
+
+    @property
+    def register(self) -> Callable[[Problem, Clock], Outcome]:
+        module, function = self.place.split(":")
+        return getattr(import_module(f"{__package__}.{module}"), function)
+
+
+METHODS = {
+    "rigid_icp": Method("rigid ICP", "rigid_icp:rigid_icp"),
+    "similarity_icp": Method("similarity ICP", "rigid_icp:similarity_icp"),
+    "coherent_drift": Method("coherent point drift", "coherent_drift:coherent_drift"),
+    "amberg": Method("Amberg non-rigid ICP", "amberg:amberg"),
+    "fem_icp_paper": Method("FEM elastic ICP, paper's data term", "fem_icp:fem_icp_paper"),
+    "fem_icp": Method("FEM elastic ICP, our data terms", "fem_icp:fem_icp"),
+    "paper": Method("the paper's method", "paper:paper"),
+    "paper_same_start": Method("the paper's method, same start", "paper:paper_same_start"),
+    "paper_figure_8": Method("the paper's Figure 8", "paper:paper_figure_8", extra=True),
+    "organphys": Method("OrganPhys", "organphys_method:organphys"),
+    "organphys_no_landmarks": Method("OrganPhys, no landmarks", "organphys_method:organphys_no_landmarks"),
+}
+OURS = ("organphys", "organphys_no_landmarks")

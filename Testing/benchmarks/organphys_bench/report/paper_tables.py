@@ -1,0 +1,66 @@
+"""The OrganPhys paper's Table 2 and Figure 8 on our cases, its own numbers beside."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .paper_numbers import FIGURE_8_NOTE, TABLE_2, TABLE_2_NOTE, PaperRow, organ_of
+from .run_set import Run, RunSet
+from .table import Table
+
+COLUMNS = (
+    "organ", "of", "CT points", "splat points", "rigid s", "elastic step s", "coarse mean / trim30",
+    "rigid mean / trim30", "elastic mean / trim30", "TRE mm after rigid / elastic",
+)  # fmt: skip
+ALPHAS = ("0.05", "0.025", "0.005")
+
+
+def table_2(runs: RunSet) -> Table:
+    """Its method on our cases, once with its own coarse alignment and once from the common start."""
+    rows = []
+    for case in runs.cases:
+        for method, name in (("paper", case), ("paper_same_start", f"{case}, same start")):
+            run = runs.baseline.get((case, method))
+            if run is not None and not run["failure"]:
+                rows.append((organ_of(case), name, *_measured(run)))
+    rows += [(organ, "the paper", *_printed(row)) for organ, row in TABLE_2.items()]
+    return Table("The paper's Table 2", COLUMNS, tuple(sorted(rows, key=lambda row: row[0])), TABLE_2_NOTE)
+
+
+def figure_8(runs: RunSet) -> Table:
+    """Where the curves of each alpha end."""
+    rows = []
+    for case in runs.cases:
+        run = runs.baseline.get((case, "paper_figure_8"))
+        if run is None or run["failure"]:
+            continue
+        for alpha in ALPHAS:
+            steps = run["facts"]["figure_8"][alpha]
+            first, last = steps[0], steps[-1]
+            rows.append((case, alpha, str(len(steps)), f"{first[1]:.4f}", f"{last[1]:.4f}", f"{last[2]:+.2f}"))
+    columns = ("case", "alpha", "steps", "trim30 splat to CT, first step", "last step", "volume drift %, last step")
+    return Table("The paper's Figure 8", columns, tuple(rows), FIGURE_8_NOTE)
+
+
+def _measured(run: Run) -> Sequence[str]:
+    figures, stages = run["figures"], run["figures"]["stages"]
+    seconds, points, steps = run["seconds"], figures["points"], run["facts"]["steps"]
+    step_s = run["facts"]["stages_wall_s"]["elastic"] / max(len(steps), 1)
+    tre = f"{stages['rigid']['tre_mm']['all']['mean']:.2f} / {figures['tre_mm']['all']['mean']:.2f}"
+    pairs = [_pair(*_ct_to_splat(part)) for part in (stages["coarse"], stages["rigid"], figures)]
+    counts = (str(points["ct_surface"]), str(points["splat"]))
+    return (*counts, f"{seconds['rigid']['wall_s']:.1f}", f"{step_s:.2f}", *pairs, tre)
+
+
+def _printed(row: PaperRow) -> Sequence[str]:
+    pairs = [_pair(*stage) for stage in (row.coarse, row.rigid, row.elastic)]
+    return (str(row.ct_points), str(row.splat_points), f"{row.rigid_s:g}", f"{row.elastic_step_s:g}", *pairs, "-")
+
+
+def _ct_to_splat(part: Run) -> tuple[float, float]:
+    residuals = part["residuals"]
+    return residuals["mean_ct_to_splat_normalised"], residuals["trim30_ct_to_splat_normalised"]
+
+
+def _pair(mean: float, trimmed: float) -> str:
+    return f"{mean:.3f} / {trimmed:.3f}"

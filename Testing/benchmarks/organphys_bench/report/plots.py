@@ -1,0 +1,121 @@
+"""The plots of the report, as matplotlib figures."""
+
+from __future__ import annotations
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..peers.methods import METHODS, OURS
+from ..runs.conditions import SWEEPS, Sweep
+from .paper_tables import ALPHAS
+from .run_set import SUCCESS, RunSet, mean_tre, ratio
+
+COLOURS = dict(zip(METHODS, plt.get_cmap("tab20").colors[::2] + plt.get_cmap("tab20").colors[1::2], strict=False))
+COLOURS |= {"organphys": (0.0, 0.25, 0.65), "organphys_no_landmarks": (0.30, 0.65, 1.0)}
+
+
+def ratio_plot(runs: RunSet) -> Figure:
+    """TRE over that of the best similarity, one mark per case and method, log scale."""
+    figure, axes = plt.subplots(figsize=(9.5, 0.42 * len(runs.methods) + 1.4), layout="constrained")
+    marks = "osD^vP*Xhd<>"
+    for k, case in enumerate(runs.cases):
+        values = [runs.value(case, method, ratio) for method in runs.methods]
+        axes.scatter(values, range(len(values)), marker=marks[k % len(marks)], s=34, label=case, alpha=0.85)
+    means = [runs.values(method, ratio).mean() for method in runs.methods]
+    axes.scatter(means, range(len(means)), marker="|", s=420, color="black", linewidths=2.2, label="mean over cases")
+    axes.axvline(1, color="grey", linewidth=1, linestyle="--")
+    axes.set(xscale="log", xlabel="mean TRE / mean TRE of the best similarity (dashed: 1)")
+    axes.set_yticks(range(len(runs.methods)), [METHODS[method].title for method in runs.methods])
+    axes.invert_yaxis()
+    axes.grid(axis="x", which="both", alpha=0.25)
+    axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5), frameon=False)
+    return figure
+
+
+def time_plot(runs: RunSet) -> Figure:
+    """Mean TRE against mean processor seconds, both over the cases."""
+    figure, axes = plt.subplots(figsize=(7.5, 4.6), layout="constrained")
+    for method in runs.methods:
+        done = [run for case in runs.cases if (run := runs.baseline.get((case, method))) and not run["failure"]]
+        if done:
+            seconds = np.mean([run["seconds"]["total"]["processor_s"] for run in done])
+            tre = runs.values(method, mean_tre).mean()
+            axes.scatter(seconds, tre, s=60, color=COLOURS[method], label=METHODS[method].title)
+    axes.set(xscale="log", yscale="log", xlabel="processor seconds, mean over the cases", ylabel="mean TRE, mm")
+    axes.grid(which="both", alpha=0.25)
+    axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5), frameon=False)
+    return figure
+
+
+def figure_8_plot(runs: RunSet) -> Figure | None:
+    """trim30 splat to CT and volume drift over the elastic steps, a column per case."""
+    cases = [case for case in runs.cases if (run := runs.baseline.get((case, "paper_figure_8"))) and not run["failure"]]
+    if not cases:
+        return None
+    size = (2.3 * len(cases) + 0.8, 4.4)
+    figure, grid = plt.subplots(2, len(cases), figsize=size, layout="constrained", squeeze=False, sharex=True)
+    for k, case in enumerate(cases):
+        for alpha in ALPHAS:
+            steps = np.array(runs.baseline[case, "paper_figure_8"]["facts"]["figure_8"][alpha])
+            for row in (0, 1):
+                grid[row, k].plot(np.arange(1, len(steps) + 1), steps[:, row + 1], label=f"alpha {alpha}")
+        grid[0, k].set_title(case, fontsize=9)
+        grid[1, k].set_xlabel("elastic step", fontsize=8)
+        for axes in grid[:, k]:
+            axes.tick_params(labelsize=7)
+            axes.grid(alpha=0.25)
+    grid[0, 0].set_ylabel("trim30 splat to CT\n(CT box)", fontsize=8)
+    grid[1, 0].set_ylabel("volume drift, %", fontsize=8)
+    grid[0, 0].legend(fontsize=7)
+    return figure
+
+
+def sweep_plot(runs: RunSet, sweep: Sweep) -> Figure | None:
+    """Median ratio over cases and seeds with the quartiles, and the share of registrations that succeed."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 3.9), layout="constrained")
+    drawn = False
+    for method in runs.methods:
+        points = [(level, values) for level in _levels(sweep) if len(values := _ratios(runs, sweep, method, level))]
+        if len(points) < 2:
+            continue
+        drawn, levels = True, [level for level, _ in points]
+        low, middle, high = np.array([np.percentile(values, (25, 50, 75)) for _, values in points]).T
+        style = {"color": COLOURS[method], "linewidth": 2.4 if method in OURS else 1.3}
+        left.plot(levels, middle, marker="o", markersize=3.5, label=METHODS[method].title, **style)
+        left.fill_between(levels, low, high, color=COLOURS[method], alpha=0.10)
+        right.plot(levels, [100 * np.mean(values <= SUCCESS) for _, values in points], marker="o", markersize=3.5, **style)
+    left.set(xlabel=sweep.label, ylabel="TRE / best similarity's", yscale="log")
+    right.set(xlabel=sweep.label, ylabel=f"ratio at most {SUCCESS:g}, % of runs", ylim=(-3, 103))
+    for axes in (left, right):
+        axes.grid(which="both", alpha=0.25)
+    figure.legend(*left.get_legend_handles_labels(), fontsize=8, loc="outside right center", frameon=False)
+    if not drawn:
+        plt.close(figure)
+    return figure if drawn else None
+
+
+def _levels(sweep: Sweep) -> list[float]:
+    """With 0, the case as it is, where that belongs to the sweep."""
+    return sorted({*sweep.levels, *(() if sweep.name == "visibility" else (0.0,))})
+
+
+def _ratios(runs: RunSet, sweep: Sweep, method: str, level: float) -> np.ndarray:
+    """Ratios of all cases and seeds at one level; a failed run counts as infinite."""
+    found = []
+    for run in runs.runs:
+        condition = run["condition"]
+        as_it_is = level == 0 and sweep.name != "landmarks" and condition["sweep"] == "baseline"
+        swept = condition["sweep"] == sweep.name and condition["level"] == level
+        if run["method"] == method and (swept or as_it_is):
+            found.append(np.inf if run["failure"] else run["figures"]["ratio_to_oracle"])
+    return np.array(found)
+
+
+def sweep_plots(runs: RunSet) -> list[tuple[Sweep, Figure]]:
+    """Those sweeps that have run."""
+    drawn = [(sweep, sweep_plot(runs, sweep)) for sweep in SWEEPS.values()]
+    return [(sweep, figure) for sweep, figure in drawn if figure is not None]

@@ -1,0 +1,113 @@
+"""bench.json, bench.html and, if asked for, a part of RESULTS.md from finished runs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from organphys.ground.atomic_file import write_text
+
+from .comparisons import not_ahead, solver_table, verdict_lines
+from .main_tables import case_table, fit_table, main_table, region_table, time_table
+from .page import listed, page, picture, plot
+from .paper_tables import figure_8, table_2
+from .pictures import case_pictures, png
+from .plots import figure_8_plot, ratio_plot, sweep_plots, time_plot
+from .run_set import Run, RunSet
+from .table import Table
+
+TITLE = "OrganPhys beside its peers"
+
+
+def write_report(
+    runs: Sequence[Run], cases: dict[str, Path], out: Path, *, command: str, results: Path | None
+) -> list[Path]:
+    """Paths written. ``cases``: folders by name, for the pictures; ``results``: a Markdown file that gets a part."""
+    found, how = RunSet(runs), how_lines(runs, command)
+    written = [out / "bench.json", out / "bench.html"]
+    write_text(written[0], json.dumps(summary(found, how), indent=1) + "\n")
+    write_text(written[1], page(TITLE, html_parts(found, cases, how)))
+    if results is not None:
+        from results_file import write_part
+
+        write_part(results, markdown(found, how))
+        written.append(results)
+    return written
+
+
+def how_lines(runs: Sequence[Run], command: str) -> list[str]:
+    """Command, date, machine, versions, and of which commits the runs are."""
+    from results_file import machine_lines
+
+    commits = sorted({run["commit"] for run in runs})
+    dates = sorted({run["date"] for run in runs})
+    lines = [line.removeprefix("- ") for line in machine_lines(command)]
+    return [*lines, f"{len(runs)} runs of {', '.join(dates)}, commit {', '.join(commits)}, one BLAS thread each"]
+
+
+def summary(runs: RunSet, how: Sequence[str]) -> dict:
+    """Everything but the pictures' data, for programs."""
+    bare = [{name: value for name, value in run.items() if name != "picture"} for run in runs.runs]
+    return {"how": list(how), "verdict": verdict_lines(runs), "not_ahead": not_ahead(runs), "runs": bare}
+
+
+def accuracy_tables(runs: RunSet) -> list[Table]:
+    """The tables that RESULTS.md shows too."""
+    tables = [main_table(runs), region_table(runs), fit_table(runs), time_table(runs)]
+    solver = solver_table(runs)
+    return tables if solver is None else [*tables, solver]
+
+
+def paper_tables(runs: RunSet) -> list[Table]:
+    """Those with rows."""
+    there = {method for _, method in runs.baseline}
+    tables = [table_2(runs)] if {"paper", "paper_same_start"} & there else []
+    return [*tables, figure_8(runs)] if "paper_figure_8" in there else tables
+
+
+def html_parts(runs: RunSet, cases: dict[str, Path], how: Sequence[str]) -> list[str]:
+    parts = [listed(how), "<h2>Accuracy</h2>", main_table(runs).html, plot(ratio_plot(runs), "TRE by method and case")]
+    parts += ["<h3>OrganPhys against each</h3>", listed(verdict_lines(runs)), _not_ahead_html(runs)]
+    parts += [region_table(runs).html, fit_table(runs).html]
+    parts += ["<h2>Time and memory</h2>", time_table(runs).html, plot(time_plot(runs), "TRE against time")]
+    if (solver := solver_table(runs)) is not None:
+        parts.append(solver.html)
+    if tables := paper_tables(runs):
+        parts += ["<h2>The paper's own tables</h2>", *(table.html for table in tables)]
+    if (drawn := figure_8_plot(runs)) is not None:
+        parts.append(plot(drawn, "Figure 8 of the paper on these cases"))
+    for sweep, figure in sweep_plots(runs):
+        parts += [f"<h2>Sweep: {sweep.name}</h2>", plot(figure, f"TRE and success over {sweep.label}")]
+    parts += ["<h2>Pictures</h2>", PICTURES_NOTE]
+    for case in runs.cases:
+        images = [picture(png(image), caption) for caption, image in case_pictures(runs, case, cases[case])]
+        parts += [f"<h3>{case}</h3>", *images]
+    parts.append(case_table(runs).html)
+    if failures := runs.failures():
+        parts += ["<h2>Runs without a result</h2>", listed(failures)]
+    return parts
+
+
+PICTURES_NOTE = (
+    "<p>The organ as each method maps it, on the splat, from the camera and from the side; colour: TRE of the surface "
+    "near by, from blue (0) to red (three times the mean TRE of the best similarity, or more).</p>"
+)
+
+
+def _not_ahead_html(runs: RunSet) -> str:
+    lines = not_ahead(runs)
+    return "<h3>Where OrganPhys is not ahead</h3>" + (listed(lines) if lines else "<p>Nowhere.</p>")
+
+
+def markdown(runs: RunSet, how: Sequence[str]) -> str:
+    """The part of RESULTS.md."""
+    lines = not_ahead(runs)
+    parts = [f"# {TITLE}", "\n".join(f"- {line}" for line in how)]
+    parts += [main_table(runs).markdown, "OrganPhys, with landmarks, is:"]
+    parts += ["\n".join(f"- {line}" for line in verdict_lines(runs)), "## Where OrganPhys is not ahead"]
+    parts.append("\n".join(f"- {line}" for line in lines) if lines else "Nowhere.")
+    parts += [table.markdown for table in [*accuracy_tables(runs)[1:], *paper_tables(runs)]]
+    if failures := runs.failures():
+        parts += ["## Runs without a result", "\n".join(f"- {line}" for line in failures)]
+    return "\n\n".join(parts) + "\n"

@@ -1,0 +1,88 @@
+"""How a case is changed before it is registered: as it is, or one of the sweeps of the full benchmark."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from organphys.ground.checks import InputError
+
+if TYPE_CHECKING:
+    from case_inputs import CaseInputs
+
+BASELINE = "baseline"
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """One quantity made worse (or, for what is seen, better) step by step; ``seeds``: repetitions."""
+
+    name: str
+    label: str
+    levels: tuple[float, ...]
+    seeds: int
+
+
+SWEEPS = {
+    sweep.name: sweep
+    for sweep in (
+        Sweep("landmarks", "landmarks moved by, mm", (0, 3, 6, 10), 10),
+        Sweep("noise", "noise added to the splat, mm (two components of this standard deviation)", (0.3, 0.6, 1.2), 3),
+        Sweep("outliers", "opaque outliers added, % of the splat", (5, 10, 20, 40), 3),
+        Sweep("visibility", "organ surface reconstructed, %", (15, 25, 35, 45, 60), 3),
+    )
+}
+
+
+@dataclass(frozen=True)
+class Condition:
+    """``seed``: of the change and of the method."""
+
+    sweep: str = BASELINE
+    level: float = 0.0
+    seed: int = 0
+
+    @property
+    def text(self) -> str:
+        """As on the command line and in file names."""
+        return self.sweep if self.sweep == BASELINE else f"{self.sweep}-{self.level:g}-{self.seed}"
+
+    @classmethod
+    def parse(cls, text: str) -> Condition:
+        """From ``text``; InputError where it names no condition."""
+        sweep, *numbers = text.split("-")
+        if sweep == BASELINE and not numbers:
+            return cls()
+        if sweep not in SWEEPS or len(numbers) != 2:
+            raise InputError(f"condition: expected {BASELINE} or SWEEP-LEVEL-SEED, got {text}")
+        return cls(sweep, float(numbers[0]), int(numbers[1]))
+
+    def changed(self, case: CaseInputs) -> CaseInputs:
+        """The case under this condition."""
+        from stress import landmarks_off, noise, outliers
+
+        from .visibility import seen_share
+
+        rng = np.random.default_rng([self.seed, 77])
+        if self.sweep == "landmarks":
+            return landmarks_off(case, rng, distance_mm=self.level) if self.level else case
+        if self.sweep == "noise":
+            return noise(case, rng, sd_mm=self.level)
+        if self.sweep == "outliers":
+            return outliers(case, rng, share=self.level / 100)
+        if self.sweep == "visibility":
+            return seen_share(case, rng, percent=self.level)
+        return case
+
+
+def full_conditions() -> list[Condition]:
+    """Every condition of the full benchmark but the baseline; one seed of everything first."""
+    all_of_them = [
+        Condition(sweep.name, level, seed)
+        for sweep in SWEEPS.values()
+        for level in sweep.levels
+        for seed in range(sweep.seeds)
+    ]
+    return sorted(all_of_them, key=lambda condition: condition.seed)
