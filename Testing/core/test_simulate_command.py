@@ -153,6 +153,7 @@ def test_a_trajectory_is_followed_and_what_cannot_be_is_told(folder: Path, tmp_p
         (["--pins", "0,0,0"], "no tissue within"),
         (["--pins", "NONE"], "no such file"),
         (["--splat-frames", "3"], "together with --splat"),
+        (["--device", "cuda"], "name one with --splat"),
         (["--quadrature", "3"], "--quadrature"),
         (["--trajectory", "NAN"], "not finite"),
         (["--trajectory", "LONG"], "more than 100000 steps"),

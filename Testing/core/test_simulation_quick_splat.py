@@ -2,17 +2,21 @@
 
 import importlib.util
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from simulation_examples import box_body
 from test_simulation_splat import BAND, UNIT, bent, points, splat
 
+from organphys.exports.splat_frames import FollowingSplat
 from organphys.ground.checks import InputError
 from organphys.simulation import splat_numpy, splat_threads
 from organphys.simulation.local_detail import LocalDetail, with_detail
 from organphys.simulation.moved_splat import moved_splat
 from organphys.simulation.quick_splat import on_device, quick_splat
+from organphys.simulation.scene import Scene
+from organphys.simulation.session import Snapshot
 from organphys.simulation.splat_binding import bind_splat
 
 HAVE_WARP = importlib.util.find_spec("warp") is not None
@@ -66,8 +70,34 @@ def test_threads_change_nothing(monkeypatch):
 def test_warp_moves_gaussians_as_numpy_does(local):
     body, gaussians, z = example(local)
     quick = quick_splat(body, gaussians, UNIT, **BAND)
-    for mine, other in zip(quick.frame(body, z), on_device(quick, "cpu").frame(body, z), strict=True):
+    warp = on_device(quick, "cpu")
+    for of_numpy, of_warp in ((quick.frame, warp.frame), (quick.motion, warp.motion)):
+        for mine, other in zip(of_numpy(body, z), of_warp(body, z), strict=True):
+            assert np.abs(mine - other).max() < 2e-5 * np.abs(mine).max()
+
+
+@needs_warp
+def test_the_kernel_of_the_nodes_moves_them_as_numpy_does():
+    """A GPU moves the nodes too; here the same kernel runs on the CPU."""
+    from organphys.simulation.splat_warp import WarpMover
+
+    body, gaussians, z = example(True)
+    quick = quick_splat(body, gaussians, UNIT, **BAND)
+    nodes_too = WarpMover(quick.bound, quick.grid, quick.exact.covariance, "cpu", nodes_too=True)
+    for mine, other in zip(quick.frame(body, z), replace(quick, mover=nodes_too).frame(body, z), strict=True):
         assert np.abs(mine - other).max() < 2e-5 * np.abs(mine).max()
+
+
+@needs_warp
+def test_a_splat_that_follows_by_warp_stays_beside_the_exact_one():
+    body, gaussians, z = example(False, 500)
+    scene = Scene((body,), ())
+    state = scene.initial_state()
+    moved = replace(state, bodies=(replace(state.bodies[0], z=z),))
+    moment = Snapshot(scene, moved)
+    exact, quick = (FollowingSplat(gaussians, body, UNIT, device=device).at(moment) for device in (None, "cpu"))
+    assert np.abs(exact.means - quick.means).max() * UNIT < 3e-4
+    assert np.abs(exact.means - gaussians.means).max() * UNIT > 3e-3
 
 
 @needs_warp

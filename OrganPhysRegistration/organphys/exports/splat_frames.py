@@ -8,26 +8,37 @@ from pathlib import Path
 from ..points.gaussians import Gaussians
 from ..simulation.body import Body
 from ..simulation.moved_splat import moved_splat
+from ..simulation.quick_splat import QuickSplat, quick_splat
 from ..simulation.session import Snapshot
 from ..simulation.splat_binding import SplatBinding, bind_splat
 from .gaussian_ply import write_gaussians
 
 
 class FollowingSplat:
-    """A splat that follows body number ``index`` of a scene, and is bound again when new pins give it a new basis."""
+    """A splat that follows body number ``index`` of a scene, and is bound again when new pins give it a new basis.
 
-    def __init__(self, gaussians: Gaussians, body: Body, metres_per_unit: float, *, index: int = 0) -> None:
+    By default exactly; with ``device`` "cpu" or "cuda" by warp's kernels there, which interpolate the body's motion on
+    a grid: below 0.1 mm and 2 % of a covariance beside the exact one (see ``quick_splat``).
+    """
+
+    def __init__(
+        self, gaussians: Gaussians, body: Body, metres_per_unit: float, *, index: int = 0, device: str | None = None
+    ) -> None:
         self.gaussians = gaussians
-        self._unit, self._index = metres_per_unit, index
-        self._bound = body.plain or body
-        self._binding = bind_splat(body, gaussians, metres_per_unit)
+        self._unit, self._index, self._device = metres_per_unit, index, device
+        self._bound, self._binding = body.plain or body, self._bind(body)
 
-    def binding(self, moment: Snapshot) -> SplatBinding:
+    def _bind(self, body: Body) -> SplatBinding | QuickSplat:
+        if self._device is None:
+            return bind_splat(body, self.gaussians, self._unit)
+        return quick_splat(body, self.gaussians, self._unit, device=self._device)
+
+    def binding(self, moment: Snapshot) -> SplatBinding | QuickSplat:
         """How the Gaussians hang on the body of this moment."""
         body = moment.scene.bodies[self._index]
         plain = body.plain or body
         if plain.basis is not self._bound.basis:
-            self._bound, self._binding = plain, bind_splat(body, self.gaussians, self._unit)
+            self._bound, self._binding = plain, self._bind(body)
         return self._binding
 
     def at(self, moment: Snapshot) -> Gaussians:

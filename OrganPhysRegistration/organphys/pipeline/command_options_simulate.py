@@ -39,6 +39,13 @@ def add_simulate(commands: Any) -> None:
         "--splat-frames", type=int, metavar="K", help="write every K-th frame of the splat as INRIA PLY (needs --splat)"
     )
     parser.add_argument(
+        "--device",
+        choices=("cpu", "cuda"),
+        default="cpu",
+        help="what moves the splat (needs --splat): cpu exactly; cuda by warp (extra 'gpu') on an NVIDIA GPU, within "
+        "0.1 mm (default: cpu)",
+    )
+    parser.add_argument(
         "--video",
         nargs="?",
         const="webp",

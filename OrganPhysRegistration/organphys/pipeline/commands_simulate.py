@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def prepared(arguments: argparse.Namespace, progress: Progress) -> tuple[SimulationPlan, FollowingSplat | None]:
     """The plan and the splat that follows. The small files come first: their errors are found at once."""
-    options = SimulationOptions()
+    options, device = SimulationOptions(), device_of(arguments)
     organ = load_asset(arguments.asset)
     trajectory = None if arguments.trajectory is None else read_trajectory(arguments.trajectory)
     if trajectory is not None:
@@ -73,7 +73,19 @@ def prepared(arguments: argparse.Namespace, progress: Progress) -> tuple[Simulat
     if gaussians is None:
         return plan, None
     progress("bind the splat", 0.0)
-    return plan, FollowingSplat(gaussians, body, metres_per_unit(organ))
+    return plan, FollowingSplat(gaussians, body, metres_per_unit(organ), device=device)
+
+
+def device_of(arguments: argparse.Namespace) -> str | None:
+    """The GPU that moves the splat, None without one; InputError where it is missing or has nothing to move."""
+    if arguments.device == "cpu":
+        return None
+    if arguments.splat is None:
+        raise InputError("--device cuda: it moves the splat that follows the organ; name one with --splat")
+    from ..simulation.splat_warp import check_device
+
+    check_device(arguments.device)
+    return str(arguments.device)
 
 
 def arm_over(body: Body, instrument: str, camera: Array) -> Psm:

@@ -20,17 +20,19 @@ from .simulation_basis import LocalColumns
 from .splat_binding import Followers, followers
 from .splat_grid import Single, SplatGrid
 from .splat_numpy import NumpyMover
-from .splat_threads import in_threads
 
 SPACING = 0.003  # m
 DEVICES = ("numpy", "cpu", "cuda")
 
 
 class Mover(Protocol):
-    """Moves Gaussians by the motion (Nn, 12) of the nodes and the local functions' coordinates (k, 3), if any."""
+    """Moves Gaussians at base coordinates (n, 3) and the local functions' coordinates (k, 3), if there are any."""
 
-    def frame(self, fields: Single, local: LocalColumns | None, z: Array) -> tuple[Single, Single]:
+    def frame(self, base: Array, local: LocalColumns | None, z: Array) -> tuple[Single, Single]:
         """Displacements (K, 3) in scene units and covariances (K, 3, 3)."""
+
+    def motion(self, base: Array, local: LocalColumns | None, z: Array) -> tuple[Single, Single]:
+        """Displacements (K, 3) in scene units and deformation gradients (K, 3, 3)."""
 
 
 @dataclass(frozen=True)
@@ -64,16 +66,16 @@ class QuickSplat:
 
     def frame(self, body: Body, z: Array) -> tuple[Single, Single]:
         """Displacements (K, 3) in scene units and covariances F C F^T (K, 3, 3) at Z (n, 3) of ``body``."""
-        return self.mover.frame(*self._motion(body, z))
+        return self.mover.frame(*self._coordinates(body, z))
 
     def motion(self, body: Body, z: Array) -> tuple[Single, Single]:
         """Displacements (K, 3) in scene units and deformation gradients F (K, 3, 3) at Z (n, 3) of ``body``."""
-        return self.exact.motion(*self._motion(body, z))
+        return self.mover.motion(*self._coordinates(body, z))
 
-    def _motion(self, body: Body, z: Array) -> tuple[Single, LocalColumns | None, Array]:
+    def _coordinates(self, body: Body, z: Array) -> tuple[Array, LocalColumns | None, Array]:
         n, local = self.grid.phi.shape[1], body.basis.local
         base = z[:n] if local is None else z[:n] - local.overlap @ z[n:]
-        return self.grid.fields(base, in_threads), local, z[n:]
+        return base, local, z[n:]
 
 
 def quick_splat(

@@ -1,4 +1,4 @@
-"""Warp's kernel that moves Gaussians: one thread each, the same on CPU and CUDA. Importing it loads warp."""
+"""Warp's kernels that move nodes and Gaussians: one thread each, the same on CPU and CUDA. Importing it loads warp."""
 
 # mypy: disable-error-code="valid-type, no-untyped-def"
 # Annotations are the types of the kernel's arguments, as warp reads them.
@@ -7,6 +7,21 @@ import warp as wp
 
 wp.config.log_level = wp.LOG_WARNING  # standard output belongs to the command line
 Motion = wp.types.vector(length=12, dtype=wp.float32)
+
+
+@wp.kernel
+def move_nodes(rows: wp.array(dtype=wp.float32, ndim=3), z: wp.array(dtype=wp.vec3), fields: wp.array(dtype=Motion)):
+    """Motion of the node ``thread``: displacement, m, and F - I by columns, at Z (n,).
+
+    rows (4, n, Nn): Phi and its three slopes with the nodes last, so that neighbouring threads read neighbours.
+    """
+    i = wp.tid()
+    out = Motion()
+    for k in range(rows.shape[1]):
+        for m in range(4):
+            for a in range(3):
+                out[3 * m + a] += rows[m, k, i] * z[k][a]
+    fields[i] = out
 
 
 @wp.kernel
@@ -26,11 +41,13 @@ def move_gaussians(
     reach: wp.float32,
     per_metre: wp.float32,
     first: wp.int32,
+    gradients: wp.bool,
     moved: wp.array(dtype=wp.vec3),
     shape: wp.array(dtype=wp.mat33),
 ):
     """Displacement in scene units and F C F^T of Gaussian ``first`` + thread; see ``splat_numpy`` for the formulas.
 
+    With ``gradients`` F itself is given instead of F C F^T.
     fields (Nn, 12): motion of the nodes; centres and weights (k,) of local functions, of which there may be none.
     """
     i = wp.tid() + first
@@ -61,4 +78,4 @@ def move_gaussians(
     g = share_slope[i]
     f = wp.matrix_from_cols(b * f0 + g[0] * u, b * f1 + g[1] * u, b * f2 + g[2] * u) + wp.identity(n=3, dtype=float)
     moved[i] = b * per_metre * u
-    shape[i] = f * covariance[i] * wp.transpose(f)
+    shape[i] = wp.where(gradients, f, f * covariance[i] * wp.transpose(f))

@@ -27,8 +27,8 @@ class NumpyMover:
     grid: SplatGrid
     covariance: Single
 
-    def frame(self, fields: Single, local: LocalColumns | None, z: Array) -> tuple[Single, Single]:
-        """Displacements (K, 3) in scene units and covariances (K, 3, 3), by the nodes' motion (Nn, 12)."""
+    def frame(self, base: Array, local: LocalColumns | None, z: Array) -> tuple[Single, Single]:
+        """Displacements (K, 3) in scene units and covariances (K, 3, 3) at base coordinates (n, 3)."""
         moved = np.empty((3, len(self.bound.index)), dtype=np.float32)
         shape = np.empty((3, 3, len(self.bound.index)), dtype=np.float32)
 
@@ -36,10 +36,10 @@ class NumpyMover:
             moved[:, part] = u
             sandwiched(f, self._planar[:, :, part], shape[:, :, part])
 
-        self._each(fields, local, z, use)
+        self._each(base, local, z, use)
         return moved.T, shape.transpose(2, 0, 1)
 
-    def motion(self, fields: Single, local: LocalColumns | None, z: Array) -> tuple[Single, Single]:
+    def motion(self, base: Array, local: LocalColumns | None, z: Array) -> tuple[Single, Single]:
         """Displacements (K, 3) in scene units and deformation gradients (K, 3, 3)."""
         moved = np.empty((3, len(self.bound.index)), dtype=np.float32)
         gradient = np.empty((3, 3, len(self.bound.index)), dtype=np.float32)
@@ -47,11 +47,12 @@ class NumpyMover:
         def use(part: slice, u: Single, f: Single) -> None:
             moved[:, part], gradient[:, :, part] = u, f
 
-        self._each(fields, local, z, use)
+        self._each(base, local, z, use)
         return moved.T, gradient.transpose(2, 0, 1)
 
-    def _each(self, fields: Single, local: LocalColumns | None, z: Array, use: Use) -> None:
+    def _each(self, base: Array, local: LocalColumns | None, z: Array, use: Use) -> None:
         """Calls ``use`` with each chunk of Gaussians, their displacement (3, k) in scene units and F (3, 3, k)."""
+        fields = self.grid.fields(base, in_threads)
         extra = None if local is None else self._extra(local, z)
 
         def move(k: int) -> None:
