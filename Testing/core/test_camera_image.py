@@ -197,3 +197,13 @@ def test_unseen_cost_at_points_outside_the_image_is_that_of_its_border():
     border = image.unseen_cost[[-1, 0], [middle, middle]]
     np.testing.assert_array_equal(image.unseen_cost_at(far), border)
     assert border[0] == np.float32(BEYOND_CUT)
+
+
+def test_rim_normals_point_outward_up_to_a_cut():
+    surface = dome_cut_at(-0.4)  # the outline meets the cut at an acute angle
+    rim = find_rim(surface, camera_image(surface, NOTHING, fov_deg=100.0))
+    radial = rim.points / np.linalg.norm(rim.points, axis=1, keepdims=True)
+    cosine = np.einsum("ij,ij->i", rim.normals, radial)
+    assert len(rim.points) > 60
+    off = np.degrees(np.arccos(cosine.clip(-1, 1)))
+    assert off.max() < 45 and np.quantile(off, 0.9) < 10  # 118 degrees where the cut is smoothed in

@@ -20,6 +20,7 @@ from .splat_surface import SplatSurface
 Mask = NDArray[np.bool_]
 
 UNSEEN = 0.8  # cost of organ tissue that faces the camera where nothing is known, or huge organs hide outside the view
+OFF_CUT = 6  # pixels from a cut within which an outline may belong to the cut
 OFF_EDGE = 1e-6  # pixels between the outermost points and the edge of theirs: on it, rounding would choose the pixel
 BEYOND_CUT = 0.3  # the same beyond a cut edge, where tissue is expected: a little more than where an organ fits
 
@@ -40,25 +41,29 @@ class CameraImageOptions:
 class CameraImage:
     """Images of shape (W, H), first axis x. ``pixel`` and ``low`` are in units of the image plane at z = 1.
 
-    mask: organ seen; unknown: nothing can be said (tool, hole, outside the view, behind another organ);
-    neither: known empty. front (W, H): index of the nearest splat point; nearest (2, W, H): nearest mask pixel;
-    gap (W, H): distance to it in image-plane units; unseen_cost (W, H), 0 to 1: of tissue that faces the camera in an
-    unknown pixel.
+    mask: organ seen; unknown: nothing can be said (tool, hole, outside the view, behind another organ, beyond a cut);
+    neither: known empty; beyond: of the unknown, what lies beyond a cut. front (W, H): index of the nearest splat
+    point; nearest (2, W, H): nearest mask pixel; gap (W, H): distance to it in image-plane units.
     """
 
     mask: Mask
     unknown: Mask
+    beyond: Mask
     front: NDArray[np.int32]
     nearest: NDArray[np.int32]
     gap: NDArray[np.float32]
     pixel: float
     low: Array
-    unseen_cost: NDArray[np.float32]
 
     @cached_property
     def rim_pixels(self) -> Mask:
-        """Boundary pixels of the mask that are the organ's true rim: more than three pixels from the unknown."""
-        return outline(self.mask, self.unknown)
+        """Boundary pixels of the mask that are the organ's true rim: clear of the unknown, and more so of cuts."""
+        return outline(self.mask, self.unknown) & ~ndimage.binary_dilation(self.beyond, iterations=OFF_CUT)
+
+    @cached_property
+    def unseen_cost(self) -> NDArray[np.float32]:
+        """Cost (W, H), 0 to 1, of tissue that faces the camera in an unknown pixel."""
+        return np.where(self.beyond, BEYOND_CUT, UNSEEN).astype(np.float32)
 
     def index(self, plane: Array) -> NDArray[np.int64]:
         """Pixel indices (..., 2) of image-plane coordinates (..., 2); may lie outside the image."""
@@ -107,12 +112,12 @@ def camera_image(
     return CameraImage(
         mask=mask,
         unknown=unknown | beyond,
+        beyond=beyond,
         front=filled.astype(np.int32),
         nearest=nearest.astype(np.int32),
         gap=(gap * pixel).astype(np.float32),
         pixel=pixel,
         low=low,
-        unseen_cost=np.where(beyond, BEYOND_CUT, UNSEEN).astype(np.float32),
     )
 
 
