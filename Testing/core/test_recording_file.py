@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from simulation_examples import BOTTOM, box_body
 
-from organphys.exports.recording_file import load_recording, save_recording
+from organphys.exports.recording_file import load_recording, save_recording, seal
 from organphys.ground.checks import InputError
 from organphys.ground.frames import rotation_about
 from organphys.simulation.local_detail import LocalDetail
@@ -91,12 +91,18 @@ def test_every_record_that_a_recording_may_hold_can_be_written() -> None:
 
 
 def changed(path: Path, out: Path, edit: typing.Callable[[dict], None], drop: str = "") -> Path:
+    """The recording edited, with a seal that fits again."""
+    arrays = dict(np.load(path, allow_pickle=False))
+    arrays = {
+        name: value for name, value in arrays.items() if name not in ("recording.json", drop.removesuffix(".npy"))
+    }
     with zipfile.ZipFile(path) as old, zipfile.ZipFile(out, "w") as new:
         for member in old.namelist():
             content = old.read(member)
             if member == "recording.json":
                 header = json.loads(content)
                 edit(header)
+                header["seal"] = seal({k: v for k, v in header.items() if k != "seal"}, arrays)
                 content = json.dumps(header).encode()
             if member != drop:
                 new.writestr(member, content)
@@ -106,7 +112,7 @@ def changed(path: Path, out: Path, edit: typing.Callable[[dict], None], drop: st
 @pytest.mark.parametrize(
     ("edit", "drop", "message"),
     [
-        (lambda h: h.update(version=2), "", "version 2.*record again"),
+        (lambda h: h.update(version=1), "", "version 1.*record again"),
         (lambda h: h.update(format="other"), "", "no recording"),
         (lambda h: h["start"].update(record="os.system"), "", "damaged.*not known"),
         (lambda h: h["start"]["fields"].update(more=1), "", "damaged.*other fields"),
@@ -118,6 +124,21 @@ def changed(path: Path, out: Path, edit: typing.Callable[[dict], None], drop: st
 def test_foreign_and_damaged_files_are_refused(path, tmp_path, edit, drop, message) -> None:
     with pytest.raises(InputError, match=message):
         load_recording(changed(path, tmp_path / "bad.npz", edit, drop))
+
+
+def test_a_number_changed_since_is_told_by_the_seal(path: Path, tmp_path: Path) -> None:
+    changed(path, tmp_path / "edited.npz", lambda header: header.update(organphys="9.9"))
+    with zipfile.ZipFile(tmp_path / "edited.npz") as edited, zipfile.ZipFile(path) as whole:
+        members = {name: edited.read(name) for name in edited.namelist()}
+        old = json.loads(whole.read("recording.json"))["seal"]
+    header = json.loads(members["recording.json"])
+    members["recording.json"] = json.dumps(header | {"seal": old}).encode()
+    with zipfile.ZipFile(tmp_path / "again.npz", "w") as out:
+        for name, content in members.items():
+            out.writestr(name, content)
+    assert load_recording(tmp_path / "edited.npz")
+    with pytest.raises(InputError, match="seal does not fit"):
+        load_recording(tmp_path / "again.npz")
 
 
 def test_truncated_and_missing_files_are_refused(path: Path, tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import os
 import re
 import struct
@@ -15,12 +14,17 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.lib import format as npy
 
-from ..ground.checks import InputError
+from ..ground.checks import LARGEST, InputError
+from ..ground.npy_header import npy_header
 from ..ground.plain_json import dump
+from ..ground.strict_json import parse_json
 
 MEMBER = re.compile(r"[a-z0-9_]{1,64}(/[a-z0-9_]{1,64})?\.npy")
 DTYPES = ("<f8", "<f4", "<i8", "<i4", "|u1", "|b1")
 MAX_MEMBERS = 4096
+MAX_HEADER_BYTES = 64_000_000
+MAX_ARRAY_HEADER = 10_000
+BLOCK = 1 << 20
 
 
 def archive_bytes(header_name: str, header: Any, arrays: Mapping[str, np.ndarray], *, sort_keys: bool = True) -> bytes:
@@ -56,20 +60,15 @@ def _read(stream: BinaryIO, size: int, file: Path, header_name: str) -> tuple[di
     try:
         with zipfile.ZipFile(stream) as archive:
             members = _checked_members(archive, size, file, header_name)
-            header = json.loads(archive.read(header_name).decode("utf-8"))
-            arrays = {m.filename.removesuffix(".npy"): _array(archive.read(m), file, m.filename) for m in members}
+            header = parse_json(archive.read(header_name).decode("utf-8"))
+            arrays = {m.filename.removesuffix(".npy"): _array(archive, m, file) for m in members}
     except InputError:
         raise
     except (
-        zipfile.BadZipFile,
-        ValueError,
-        EOFError,
-        KeyError,
-        NotImplementedError,
-        RuntimeError,
-        struct.error,
+        *(zipfile.BadZipFile, ValueError, EOFError, KeyError, NotImplementedError, RuntimeError, struct.error),
+        OverflowError,
     ) as error:
-        raise InputError(f"{file}: not a whole archive ({error}); write or copy it again") from error
+        raise InputError(f"{file}: not a whole archive ({str(error)[:160]}); write or copy it again") from error
     if not isinstance(header, dict):
         raise _damaged(file, f"{header_name} holds no object")
     return header, arrays
@@ -90,6 +89,8 @@ def _checked_members(archive: zipfile.ZipFile, size: int, file: Path, header_nam
         raise InputError(f"{file}: is not what is read here (no unique {header_name} in it); name {wanted}")
     if sum(m.file_size for m in members) > size or any(m.compress_type != zipfile.ZIP_STORED for m in members):
         raise _damaged(file, "members larger than the file, or compressed")
+    if archive.getinfo(header_name).file_size > MAX_HEADER_BYTES:
+        raise _damaged(file, f"{header_name} is larger than {MAX_HEADER_BYTES // 1_000_000} MB")
     arrays = [m for m in members if m.filename != header_name]
     for member in arrays:
         if not MEMBER.fullmatch(member.filename):
@@ -97,22 +98,29 @@ def _checked_members(archive: zipfile.ZipFile, size: int, file: Path, header_nam
     return arrays
 
 
-def _array(content: bytes, file: Path, name: str) -> np.ndarray:
-    """Array of one .npy member; its declared size must be the size that is there."""
-    stream = io.BytesIO(content)
-    version = npy.read_magic(stream)
-    if version != (1, 0):
-        raise _damaged(file, f"{name}: array format {version}")
-    shape, fortran, dtype = npy.read_array_header_1_0(stream)
-    if dtype.str not in DTYPES or fortran:
-        raise _damaged(file, f"{name}: array type {dtype.str}")
-    count = 1
-    for length in shape:
-        count *= length
-    if count * dtype.itemsize != len(content) - stream.tell():
-        raise _damaged(file, f"{name}: shape {shape} does not fit its {len(content)} bytes")
-    return np.frombuffer(content, dtype, count, stream.tell()).reshape(shape).copy()
+def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, file: Path) -> np.ndarray:
+    """Array of one .npy member, read straight into its place; its declared size must be the size that is there."""
+    with archive.open(member) as stream:
+        header = npy_header(stream.read(MAX_ARRAY_HEADER))
+        if header.dtype.str not in DTYPES or header.fortran:
+            raise _damaged(file, f"{member.filename}: array type {header.dtype.str}")
+        if header.size != member.file_size - header.offset:
+            raise _damaged(file, f"{member.filename}: shape {header.shape} does not fit {member.file_size} bytes")
+        array = np.empty(header.shape, header.dtype)
+        stream.seek(header.offset)
+        place, at = array.reshape(-1).view(np.uint8), 0
+        while block := stream.read(BLOCK):  # to the end, where the checksum is compared
+            place[at : at + len(block)] = np.frombuffer(block, np.uint8)
+            at += len(block)
+    return array
 
 
 def _damaged(file: Path, what: str) -> InputError:
     return InputError(f"{file}: damaged ({what}); write or copy it again")
+
+
+def check_numbers(arrays: Mapping[str, np.ndarray], what: str) -> None:
+    """InputError where a number is not finite or beyond all that is stored."""
+    for name, array in arrays.items():
+        if array.dtype.kind == "f" and not (np.abs(array) <= LARGEST).all():
+            raise InputError(f"{what}: array {name[:80]} holds numbers that are not finite or beyond {LARGEST:g}")

@@ -11,9 +11,9 @@ import numpy as np
 from ..basis.reduced_basis import ReducedBasis
 from ..basis.reduced_covariance import ReducedCovariance
 from ..ground.atomic_file import write_bytes
-from ..ground.checks import InputError
+from ..ground.checks import LARGEST, Array, InputError
 from ..ground.frames import Normalisation, Similarity
-from .array_archive import archive_bytes, read_archive, read_archive_bytes
+from .array_archive import archive_bytes, check_numbers, read_archive, read_archive_bytes
 from .registered_organ import RegisteredOrgan
 
 FORMAT, VERSION, HEADER = "organphys-asset", 2, "organ.json"  # 2: may carry its uncertainty
@@ -24,6 +24,8 @@ FRAMES = {
     "covariance": "of (z, gamma) = factor factor^T; scene = T_scene_ct about gamma = 1, scale / gamma",
     "map": "scene = T_scene_ct(undo(X + Phi(X) z)), X normalised; T_scene_ct = scale rotation x + translation",
 }
+ROTATION_ERROR = 1e-6
+LEAST = 1e-9
 FACTOR = "uncertainty/factor"
 GEOMETRY = ("z", "vertices", "faces", "volume_points", "quadrature_points", "quadrature_weights")
 
@@ -62,9 +64,37 @@ def _checked_organ(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray], 
     if header["version"] > VERSION:
         raise InputError(f"{path}: asset version {header['version']} is newer than {VERSION}; update organphys")
     try:
-        return _organ(header, arrays)
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
-        raise InputError(f"{path}: damaged (organ.json or arrays: {error}); write or copy it again") from error
+        check_numbers(arrays, "arrays")
+        organ = _organ(header, arrays)
+        _check_map(organ)
+        return organ
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as error:
+        text = f"{path}: damaged (organ.json or arrays: {str(error)[:200]}); write or copy it again"
+        raise InputError(text) from error
+
+
+def _check_map(organ: RegisteredOrgan) -> None:
+    """InputError where the parts of the map do not fit together, told by mapping a point."""
+    organ_length, scale = organ.normalisation.length, organ.T_scene_ct.scale
+    if not (LEAST < organ_length < 1 / LEAST and LEAST < scale < 1 / LEAST and LEAST < organ.volume_ml < 1 / LEAST):
+        raise InputError("a length, scale or volume that no organ has")
+    check_similarities(organ.T_scene_ct.rotation[None], organ.T_scene_ct.translation, organ.normalisation.centre)
+    radii = organ.basis.weights.arrays().get("radii")
+    if radii is not None and not (radii > LEAST).all():
+        raise InputError("kernels without extent")
+    with np.errstate(all="ignore"):
+        phi = organ.basis.phi(organ.normalisation.apply(organ.vertices[:1]))
+        if phi.shape != (1, organ.basis.size) or not (np.abs(phi @ organ.z) <= LARGEST).all():
+            raise InputError("a map without finite places")
+
+
+def check_similarities(rotations: Array, *shifts: Array) -> None:
+    """InputError unless rotations (N, 3, 3) are proper and shifts finite."""
+    if not all((np.abs(part) <= LARGEST).all() for part in (rotations, *shifts)):
+        raise InputError("a rotation or translation that is not finite")
+    error = np.abs(rotations @ rotations.transpose(0, 2, 1) - np.eye(3)).max()
+    if not error <= ROTATION_ERROR or not (np.linalg.det(rotations) > 0).all():
+        raise InputError("a rotation that is none")
 
 
 def _header(organ: RegisteredOrgan) -> dict[str, Any]:
@@ -110,7 +140,7 @@ def _organ(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Regis
     return RegisteredOrgan(
         T_scene_ct=Similarity(similarity["scale"], similarity["rotation"], similarity["translation"]),
         normalisation=Normalisation(
-            np.array(normalisation["centre"], dtype=np.float64), float(normalisation["length"])
+            np.array(normalisation["centre"], dtype=np.float64).reshape(3), float(normalisation["length"])
         ),
         basis=ReducedBasis.from_arrays(header["basis"]["weights"], basis),
         **{name: arrays[name] for name in GEOMETRY},

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..ground.atomic_file import write_bytes
 from ..ground.checks import InputError
-from .array_archive import archive_bytes, read_archive
-from .asset_file import asset_bytes, asset_from_bytes
+from .array_archive import archive_bytes, check_numbers, read_archive
+from .asset_file import asset_bytes, asset_from_bytes, check_similarities
 from .organ_sequence import OrganSequence
 
 FORMAT, VERSION, HEADER = "organphys-sequence", 1, "sequence.json"
@@ -51,12 +51,13 @@ def load_sequence(path: str | os.PathLike[str]) -> OrganSequence:
         raise InputError(f"{path}: sequence version {header['version']} is newer than {VERSION}; update organphys")
     try:
         return _sequence(header, arrays, str(path))
-    except (KeyError, TypeError, ValueError, IndexError) as error:
-        raise InputError(f"{path}: damaged ({error}); write or copy it again") from error
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as error:
+        raise InputError(f"{path}: damaged ({str(error)[:200]}); write or copy it again") from error
 
 
 def _sequence(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray], path: str) -> OrganSequence:
-    return OrganSequence(
+    check_numbers({name: arrays[name] for name in ARRAYS}, "sequence")
+    sequence = OrganSequence(
         organ=asset_from_bytes(arrays["asset"].tobytes(), name=f"{path}: asset"),
         **{name: arrays[name] for name in ARRAYS},
         status=tuple(map(str, header["status"])),
@@ -64,3 +65,7 @@ def _sequence(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray], path:
         figures={str(name): arrays[f"figures/{str(name).lower()}"] for name in header["figures"]},
         notices=tuple((int(frame), str(message)) for frame, message in header["notices"]),
     )
+    check_similarities(sequence.rotations, sequence.translations)
+    if any(not 0 <= frame < len(sequence) for frame, _ in sequence.notices):
+        raise InputError("a notice of a frame that is not there")
+    return sequence

@@ -2,11 +2,14 @@
 
 The header member recording.json holds the records; moves are stacked: move_dt (M,) s, move_position (M, T, 3) m,
 move_rotation (M, T, 3, 3), move_jaw_deg (M, T) and move_shaft_rotation (M, T, 3, 3), NaN where the shaft turns with the
-tool, for M steps and T tools, in scene axes. No pickle, no code.
+tool, for M steps and T tools, in scene axes. No pickle, no code. A seal over all of it tells whether anything was
+changed since: nobody edits a recording, and one that was edited would replay another simulation.
 """
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 from collections.abc import Mapping, Sequence
 from itertools import groupby
@@ -18,13 +21,14 @@ from .. import __version__
 from ..asset.array_archive import archive_bytes, read_archive
 from ..ground.atomic_file import write_bytes
 from ..ground.checks import Array, InputError
+from ..ground.plain_json import plain
 from ..simulation.local_detail import LocalDetail
 from ..simulation.options import SimulationOptions
 from ..simulation.record_tree import RecordTable, record_of
 from ..simulation.session import Event, Move, PinEdit, Recording, Snapshot
 from ..simulation.state import ToolPose
 
-FORMAT, VERSION, HEADER = "organphys-recording", 1, "recording.json"
+FORMAT, VERSION, HEADER = "organphys-recording", 2, "recording.json"  # 2: sealed
 
 
 def save_recording(path: str | os.PathLike[str], recording: Recording) -> None:
@@ -43,7 +47,18 @@ def save_recording(path: str | os.PathLike[str], recording: Recording) -> None:
     }
     moves = [event for event in recording.events if isinstance(event, Move)]
     tools = len(recording.start.scene.tools)
-    write_bytes(path, archive_bytes(HEADER, header, {**table.arrays, **_stacked(moves, tools)}))
+    arrays = {**table.arrays, **_stacked(moves, tools)}
+    write_bytes(path, archive_bytes(HEADER, {**header, "seal": seal(header, arrays)}, arrays))
+
+
+def seal(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> str:
+    """SHA-256 over the header, without its seal, and all arrays with their names, types and shapes."""
+    digest = hashlib.sha256(json.dumps(plain(header), sort_keys=True).encode())
+    for name in sorted(arrays):
+        array = np.asarray(arrays[name], order="C")
+        digest.update(f"{name} {array.dtype.str} {array.shape} ".encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()
 
 
 def load_recording(path: str | os.PathLike[str]) -> Recording:
@@ -58,6 +73,8 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
         raise InputError(
             f"{path}: recording of version {header.get('version')}, not {VERSION} as this organphys reads; record again"
         )
+    if header.pop("seal", None) != seal(header, arrays):
+        raise InputError(f"{path}: changed since it was recorded, its seal does not fit; copy it again or record again")
     try:
         start, detail = (record_of(header[name], arrays) for name in ("start", "detail"))
         events = _events(header["events"], arrays)

@@ -8,8 +8,24 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 
+LARGEST = 1e12  # of a coordinate: beyond, squares of distances lose all digits or overflow
+LONGEST_MESSAGE = 1000
+
+
 class InputError(ValueError):
     """Input, option or file that cannot be used; the message is one line and names the remedy."""
+
+    def __init__(self, message: object = "") -> None:
+        super().__init__(one_line(str(message)))
+
+
+def one_line(text: str, *, longest: int = LONGEST_MESSAGE) -> str:
+    """A text from anywhere as one line that a terminal and a report can show; the middle of a long one is left out."""
+    if not text.isprintable():
+        text = "".join(c if c.isprintable() else " " if c.isspace() else "\ufffd" for c in text)
+    if len(text) > longest:
+        text = f"{text[: longest // 2 - 3]} ... {text[len(text) - longest // 2 + 2 :]}"
+    return text
 
 
 def as_points(points: ArrayLike, name: str = "points", *, minimum: int = 1) -> Array:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..asset.array_archive import archive_bytes, read_archive
 from ..ground.atomic_file import write_bytes
-from ..ground.checks import Array, InputError
+from ..ground.checks import LARGEST, Array, InputError
 from ..ground.notices import Notice
 from ..ground.progress import Progress, no_progress
 from ..points.point_sets import Box, Camera, GaussianCloud, Landmarks, SceneUnit
@@ -22,6 +22,11 @@ if TYPE_CHECKING:  # whoever writes a case need not load the stages
     from .session import RegistrationSession
 
 CASE, HEADER = "case.npz", "case.json"
+ORGAN_TYPES = {"name": (str,), "opening": (bool,), "close_holes": (bool,)}
+OPTION_TYPES: dict[str, tuple[type, ...]] = {
+    "method": (str,), "stiffness": (str, float, int), "seed": (int,), "opacity": (float, int), "weights": (str,),
+    "clean": (bool,), "landmark_radius_mm": (float, int, type(None)),
+}  # fmt: skip
 SPLAT = ("centres", "opacities", "colours", "valid")
 
 
@@ -65,23 +70,48 @@ def save_case(
 def load_case(path: str | os.PathLike[str], *, progress: Progress = no_progress) -> RegistrationSession:
     """A session over the case of ``save_case``; InputError for a damaged file and for inputs that cannot be used."""
     from ..readers.organ_from_mask import organ_from_mask
-    from .registration import RegisterOptions
     from .session import RegistrationSession
 
-    records = {"options": RegisterOptions, "landmarks": _landmarks, "camera": Camera, "box": Box, "unit": SceneUnit}
+    records = {"options": _options, "landmarks": _landmarks, "camera": Camera, "box": Box, "unit": SceneUnit}
     header, arrays = read_archive(path, HEADER)
     try:
         notices = tuple(Notice(str(code), str(message)) for code, message in header["splat_notices"])
-        splat = GaussianCloud(**{part: arrays[f"splat/{part}"] for part in SPLAT}, notices=notices)
+        splat = _splat({part: arrays[f"splat/{part}"] for part in SPLAT}, notices)
         parts = {name: _record(header[name], kind) for name, kind in records.items()}
         mask, ijk_to_ras, of_organ = arrays["mask"], arrays["ijk_to_ras"], dict(header["organ"])
+        _check_types(of_organ, ORGAN_TYPES)
         provenance = dict(header["provenance"])
     except InputError:
         raise
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path}: damaged ({error}); write the case again") from error
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"{path}: damaged ({str(error)[:200]}); write the case again") from error
     organ = organ_from_mask(mask, ijk_to_ras, progress=progress, **of_organ)
     return RegistrationSession(organ, splat, provenance=provenance, progress=progress, **parts)
+
+
+def _splat(parts: Mapping[str, np.ndarray], notices: tuple[Notice, ...]) -> GaussianCloud:
+    """The splat, once its arrays are those of one."""
+    count, seen = len(parts["valid"]), parts["valid"]
+    shapes = {"centres": (count, 3), "opacities": (count,), "colours": (count, 3), "valid": (count,)}
+    if any(parts[name].shape != shape for name, shape in shapes.items()) or seen.dtype != bool:
+        raise InputError("case: the splat's arrays do not fit together; write the case again")
+    opacities = parts["opacities"][seen]
+    if not (np.abs(parts["centres"][seen]) <= LARGEST).all() or not ((opacities >= 0) & (opacities <= 1)).all():
+        raise InputError("case: the splat holds numbers that no splat has; write the case again")
+    return GaussianCloud(**parts, notices=notices)
+
+
+def _check_types(values: Mapping[str, Any], types: Mapping[str, tuple[type, ...]]) -> None:
+    for name, value in values.items():
+        if type(value) not in types[name]:
+            raise InputError(f"case: {name} is {str(value)[:40]!r}; write the case again")
+
+
+def _options(**values: Any) -> RegisterOptions:
+    from .registration import RegisterOptions
+
+    _check_types(values, OPTION_TYPES)
+    return RegisterOptions(**values)
 
 
 def _landmarks(points_ct: Any, names: Any, points_scene: Any, pairs: Any) -> Landmarks:

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ..ground.checks import Array, InputError, as_points
+from ..ground.checks import LARGEST, Array, InputError, as_points
+from ..ground.npy_header import npy_header
+from ..readers.plain_numbers import number_of
 
-LARGEST = 1e12  # beyond, squares of distances lose all digits or overflow
+MAX_HEADER_BYTES = 10_000
 
 
 def read_points(path: str | Path) -> Array:
@@ -28,7 +30,8 @@ def read_points(path: str | Path) -> Array:
 
 
 def _checked(values: Any, path: Path) -> Array:
-    points = as_points(values, str(path))
+    with np.errstate(invalid="ignore"):  # a signalling NaN is told as any other
+        points = as_points(values, str(path))
     if np.abs(points).max() > LARGEST:
         raise InputError(f"{path}: coordinates above {LARGEST:g}; give RAS mm, or scene units with --inverse")
     return points
@@ -36,23 +39,27 @@ def _checked(values: Any, path: Path) -> Array:
 
 def _read_npy(path: Path) -> np.ndarray:
     try:
-        array = np.load(path, allow_pickle=False, mmap_mode="r")  # mapped: a wrong header cannot ask for memory
-        if array.dtype.kind not in "iuf":
-            raise InputError(f"{path}: holds {array.dtype}, not real numbers; save x,y,z as floating point numbers")
-        return array
+        with path.open("rb") as file:
+            header = npy_header(file.read(MAX_HEADER_BYTES))
+        if header.dtype.kind not in "iuf":
+            raise InputError(f"{path}: holds {header.dtype}, not real numbers; save x,y,z as floating point numbers")
+        if len(header.shape) != 2 or header.shape[1] != 3 or header.size > path.stat().st_size - header.offset:
+            raise InputError(f"{path}: expected a whole array of shape (N, 3), got shape {header.shape}; save it again")
+        numbers = np.fromfile(path, header.dtype, 3 * header.shape[0], offset=header.offset)
     except InputError:
         raise
-    except (ValueError, EOFError) as error:
+    except (OSError, ValueError) as error:
         raise InputError(f"{path}: not a plain .npy array of numbers; write it with numpy.save") from error
+    return numbers.reshape(header.shape, order="F" if header.fortran else "C")
 
 
 def _read_csv(path: Path) -> list[list[float]]:
     """Rows of numbers; a first row of words names the columns, and x, y, z are found among them."""
     try:
         text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not a text file; give x,y,z separated by commas") from error
-    rows = [row for row in csv.reader(text.splitlines()) if any(cell.strip() for cell in row)]
+        rows = [row for row in csv.reader(text.splitlines()) if any(cell.strip() for cell in row)]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{path}: not a text file of numbers; give x,y,z separated by commas") from error
     if not rows:
         raise InputError(f"{path}: no points in the file; give one x,y,z per line")
     columns, first = [0, 1, 2], 0
@@ -71,7 +78,7 @@ def _read_csv(path: Path) -> list[list[float]]:
 
 def _numbers(row: list[str], columns: list[int], path: Path, number: int) -> list[float]:
     try:
-        return [float(row[column]) for column in columns]
+        return [number_of(row[column]) for column in columns]
     except (ValueError, IndexError) as error:
         raise InputError(f"{path}: row {number} is not three numbers x,y,z") from error
 

@@ -85,7 +85,8 @@ class Box:
         object.__setattr__(self, "centre", as_vector(self.centre, "box centre"))
         object.__setattr__(self, "size", as_vector(self.size, "box size"))
         axes = np.array(self.axes, dtype=np.float64)
-        if axes.shape != (3, 3) or not np.allclose(axes @ axes.T, np.eye(3), atol=1e-3):
+        sound = axes.shape == (3, 3) and bool((np.abs(axes) <= 1.001).all())
+        if not sound or not np.allclose(axes @ axes.T, np.eye(3), atol=1e-3):
             raise InputError("box axes: expected three orthonormal rows of shape (3, 3)")
         if (self.size <= 0).any():
             raise InputError(f"box size: expected three numbers above 0, got {self.size.tolist()}")

@@ -49,11 +49,14 @@ def plain_colours(rows: Rows) -> NDArray[np.floating] | None:
     """Colours (N, 3) in 0..1 from f_dc or from red, green, blue (whole numbers by their range); None without any."""
     names = rows.dtype.names or ()
     if all(n in names for n in DC):
-        return colour_from_sh(stack_columns(rows, DC))
+        with np.errstate(invalid="ignore"):  # signalling NaNs, which are masked
+            return colour_from_sh(stack_columns(rows, DC))
     if not all(n in names for n in COLOUR):
         return None
     colours = stack_columns(rows, COLOUR)
     kind = rows.dtype["red"]
+    if {rows.dtype[name] for name in COLOUR} != {kind}:
+        return None
     if kind.kind in "iu":
         colours /= np.iinfo(kind).max
     return np.clip(colours, 0, 1)

@@ -108,8 +108,6 @@ def _checked_header(path: str | Path) -> PlyHeader:
     vertex = header.element("vertex")
     if vertex is None or vertex.count == 0:
         raise InputError(f"{header.path}: no vertices in the PLY file; export the splat again")
-    if [e.name for e in header.elements].count("vertex") > 1:
-        raise InputError(f"{header.path}: several vertex elements in the PLY file; export the splat again")
     if vertex.lists:
         raise InputError(f"{header.path}: the vertices have list properties, so this is no splat; export it again")
     if supersplat_ply.is_compressed(header):

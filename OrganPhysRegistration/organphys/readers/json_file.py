@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 from typing import Any
 
 from ..ground.checks import InputError
+from ..ground.strict_json import parse_json
 
 MAX_JSON_BYTES = 16_000_000
 
@@ -31,9 +31,7 @@ def read_json(path: str | Path) -> Any:
     """The parsed content of a JSON file of at most 16 MB."""
     text = read_text(path)
     try:
-        return json.loads(text)
-    except RecursionError as error:
-        raise InputError(f"{path}: nested too deeply for JSON; save the file again") from error
+        return parse_json(text)
     except ValueError as error:
         raise InputError(f"{path}: no valid JSON ({str(error)[:120]}); save the file again") from error
 
@@ -50,5 +48,5 @@ def is_lps(markup: dict[str, Any], path: Path) -> bool:
     """Whether a markup's numbers are LPS (else RAS); Slicer writes the names, its first schema also wrote 0 and 1."""
     system = str(markup.get("coordinateSystem", "LPS")).upper()
     if system not in ("LPS", "RAS", "0", "1"):
-        raise InputError(f"{path}: coordinateSystem {system!r} is neither LPS nor RAS; save the markups again")
+        raise InputError(f"{path}: coordinateSystem {system[:20]!r} is neither LPS nor RAS; save the markups again")
     return system in ("LPS", "1")

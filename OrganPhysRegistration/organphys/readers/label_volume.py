@@ -19,10 +19,12 @@ from ..ground.checks import Array, InputError
 from ..ground.frames import ras_from_lps
 from ..ground.progress import Progress, no_progress
 from .library_messages import library_messages, tells_damage
-from .volume_checks import check_declared_size, check_is_volume_file
-from .voxel_grid import VoxelGrid
+from .stored_volume import declared_volume
+from .volume_checks import check_is_volume_file
+from .voxel_grid import VoxelGrid, check_extent
 
 STREAM_ABOVE_BYTES = 300_000_000  # larger NIfTI files are read in slabs; ITK holds each slab twice
+IMAGE_IO = {".nrrd": "NrrdImageIO", ".nhdr": "NrrdImageIO", ".mha": "MetaImageIO", ".mhd": "MetaImageIO"}
 SLAB_VOXELS = 8_000_000  # what is compared or counted at once
 
 
@@ -43,6 +45,7 @@ def read_header(path: str | Path) -> VolumeHeader:
 
     path = Path(path)
     check_is_volume_file(path)
+    declared = declared_volume(path)
     reader = _reader(path)
     messages: list[str] = []
     try:
@@ -65,9 +68,9 @@ def read_header(path: str | Path) -> VolumeHeader:
         metadata={key: reader.GetMetaData(key) for key in reader.GetMetaDataKeys()},
         **_geometry(reader, dimension),
     )
-    if not np.isfinite(header.step_ras).all() or not np.isfinite(header.origin_ras).all() or not header.voxel_ml > 0:
-        raise InputError(f"{path}: voxel spacing or origin is not a number above 0; repair the header")
-    check_declared_size(path, voxels=int(np.prod(size)) * components, bytes_per_voxel=header.bytes_per_voxel)
+    check_extent(header, str(path))
+    if int(np.prod(size, dtype=np.int64)) * components != declared.voxels:
+        raise InputError(f"{path}: its header can be understood in two ways; save it anew from 3D Slicer")
     return header
 
 
@@ -129,6 +132,8 @@ def _reader(path: Path) -> Any:
     sitk.ProcessObject.SetGlobalWarningDisplay(False)  # what matters is raised; a command prints one line
     reader = sitk.ImageFileReader()
     reader.SetFileName(str(path))
+    name = path.name.lower()
+    reader.SetImageIO(next((io for ending, io in IMAGE_IO.items() if name.endswith(ending)), "NiftiImageIO"))
     return reader
 
 

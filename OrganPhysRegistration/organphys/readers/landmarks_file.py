@@ -10,13 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from ..ground.checks import Array, InputError, as_points, as_vector
+from ..ground.checks import LARGEST, Array, InputError, as_points, as_vector, one_line
 from ..ground.frames import ras_from_lps
 from ..points.point_sets import Landmarks
 from .json_file import is_lps, markups_of, read_json, read_text
+from .plain_numbers import number_of, plain_numbers
 
 # every text matches in one way only, so that a long path cannot make the search explode
 NUMBER = r"\s*[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?\s*"
+LONGEST_NAME = 200
 COORDINATES = re.compile(rf"(?:{NUMBER},{NUMBER},{NUMBER}(?:;|$))+\s*")
 
 
@@ -45,6 +47,12 @@ def read_landmarks(path_or_text: str | Path) -> Landmarks:
     return Landmarks(as_points(positions, f"{path}: landmarks"), tuple(names))
 
 
+def name_of(label: Any, number: int) -> str:
+    """What a landmark is called: its label as it can be shown, else its number."""
+    text = one_line(str(label), longest=LONGEST_NAME).strip() if isinstance(label, (str, int, float)) else ""
+    return text or f"landmark {number}"
+
+
 def describe_landmarks(path_or_text: str | Path) -> list[tuple[str, tuple[float, float, float]]]:
     """Name and RAS mm position of each landmark, for display."""
     landmarks = read_landmarks(path_or_text)
@@ -64,24 +72,34 @@ def _from_markups(path: Path) -> tuple[list[Any], list[str]]:
         if markup.get("type") == "ROI":
             continue
         if str(markup.get("coordinateUnits", "mm")).strip("[]") not in ("mm", '"mm"'):
-            raise InputError(f"{path}: coordinateUnits is {markup['coordinateUnits']!r}; save the markups in mm")
+            units = str(markup["coordinateUnits"])[:40]
+            raise InputError(f"{path}: coordinateUnits is {units!r}; save the markups in mm")
         lps, points = is_lps(markup, path), markup.get("controlPoints") or []
         if not isinstance(points, list) or not all(isinstance(point, dict) for point in points):
             raise InputError(f"{path}: controlPoints is not a list of points; save the markups again")
         for point in points:
             if point.get("positionStatus", "defined") != "defined":
                 continue
-            position = _position(point.get("position"), path)
+            try:
+                position = plain_numbers(point.get("position"), 3, f"{path}: position of a landmark")
+            except InputError as error:
+                raise InputError(f"{error}; save the landmarks again") from error
             positions.append(ras_from_lps(position) if lps else position)
-            names.append(str(point.get("label") or f"landmark {len(positions)}"))
+            names.append(name_of(point.get("label"), len(positions)))
     return positions, names
 
 
-def _position(value: Any, path: Path) -> Array:
+def _position(cells: list[str | None], path: Path) -> Array:
     try:
-        return as_vector(value, f"{path}: position of a landmark")
-    except InputError as error:
-        raise InputError(f"{error}; save the landmarks again") from error
+        position = as_vector([number_of(cell) for cell in cells], "position")
+    except ValueError:
+        position = np.full(3, np.inf)
+    if not (np.abs(position) <= LARGEST).all():
+        shown = ", ".join(str(cell)[:20] for cell in cells)
+        raise InputError(
+            f"{path}: position of a landmark: expected three numbers, got {shown}; save the landmarks again"
+        )
+    return position
 
 
 def _from_fcsv(path: Path) -> tuple[list[Any], list[str]]:
@@ -93,13 +111,17 @@ def _from_fcsv(path: Path) -> tuple[list[Any], list[str]]:
     header = {k.strip().lower(): v.strip() for k, _, v in (x[1:].partition("=") for x in lines if x[:1] == "#")}
     system = header.get("coordinatesystem", "RAS").upper()
     if system not in ("0", "1", "RAS", "LPS"):
-        raise InputError(f"{path}: CoordinateSystem {system!r} is neither RAS nor LPS; save the list again")
+        raise InputError(f"{path}: CoordinateSystem {system[:20]!r} is neither RAS nor LPS; save the list again")
     columns = [c.strip() for c in header.get("columns", "id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label").split(",")]
-    if not {"x", "y", "z"} <= set(columns):
-        raise InputError(f"{path}: the columns line names no x, y, z; save the list again")
+    if not {"x", "y", "z"} <= set(columns) or len(set(columns)) < len(columns):
+        raise InputError(f"{path}: the columns line names no x, y, z, or one twice; save the list again")
     positions, names = [], []
-    for row in csv.DictReader((x for x in lines if x.strip() and x[0] != "#"), fieldnames=columns):
+    try:
+        rows = list(csv.DictReader((x for x in lines if x.strip() and x[0] != "#"), fieldnames=columns))
+    except csv.Error as error:
+        raise InputError(f"{path}: a line cannot be taken apart ({error}); save the list again") from error
+    for row in rows:
         position = _position([row[axis] for axis in "xyz"], path)
-        positions.append(ras_from_lps(position) if system in ("1", "LPS") else np.asarray(position))
-        names.append(row.get("label") or f"landmark {len(positions)}")
+        positions.append(ras_from_lps(position) if system in ("1", "LPS") else position)
+        names.append(name_of(row.get("label"), len(positions)))
     return positions, names

@@ -14,6 +14,8 @@ from .json_file import markups_of, read_json
 from .landmarks_file import read_landmarks
 
 RADIUS_MM = 10.0
+LARGEST_RADIUS_MM = 1000.0
+LAST = 80  # characters of a description in which its radius stands
 _RADIUS = re.compile(r"\br(?:adius)?\s*=\s*([0-9]*\.?[0-9]+)\s*(mm)?\s*$", re.IGNORECASE)
 
 
@@ -52,9 +54,12 @@ def _descriptions(path: Path) -> list[str]:
 
 
 def _radius(description: str, otherwise: float, path: str | Path) -> float:
-    found = _RADIUS.search(description)
+    found = _RADIUS.search(description.rstrip()[-LAST:])
     if found is None:
         return otherwise
-    if not float(found.group(1)) > 0:
-        raise InputError(f"{path}: a pin's description {description!r} gives a radius of 0; write for instance r=12")
+    if not 0 < float(found.group(1)) <= LARGEST_RADIUS_MM:
+        raise InputError(
+            f"{path}: a pin's description {description[-LAST:]!r} gives a radius that is not above 0 and up to "
+            f"{LARGEST_RADIUS_MM:g} mm; write for instance r=12"
+        )
     return float(found.group(1))

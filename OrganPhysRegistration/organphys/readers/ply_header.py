@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -92,11 +93,11 @@ def _parse(path: Path, lines: list[str], size: int) -> PlyHeader:
     for line in lines[1:]:
         words = line.split()
         match words:
-            case ["format", value, *_]:
+            case ["format", value, *_] if not kind:
                 kind = value
             case ["comment" | "obj_info", *_]:
                 comments.append(line.split(maxsplit=1)[1] if len(words) > 1 else "")
-            case ["element", name, count] if count.isdigit():
+            case ["element", name, count] if re.fullmatch("[0-9]{1,15}", count):
                 elements.append(PlyElement(name, int(count), ()))
             case ["property", *rest] if elements:
                 elements[-1] = _with_property(path, elements[-1], rest)
@@ -105,7 +106,9 @@ def _parse(path: Path, lines: list[str], size: int) -> PlyHeader:
             case _:
                 raise InputError(f"{path}: PLY header line {line.strip()[:80]!r} is not understood; export it again")
     if kind not in FORMATS:
-        raise InputError(f"{path}: unknown PLY format {kind!r}; use ascii or binary_little_endian")
+        raise InputError(f"{path}: unknown PLY format {kind[:40]!r}; use ascii or binary_little_endian")
+    if len({element.name for element in elements}) < len(elements):
+        raise InputError(f"{path}: several elements of one name in the PLY file; export the splat again")
     return PlyHeader(path, kind, tuple(elements), tuple(comments), size)
 
 
@@ -117,7 +120,9 @@ def _with_property(path: Path, element: PlyElement, words: list[str]) -> PlyElem
     if len(element.properties) >= MAX_PROPERTIES:
         raise InputError(f"{path}: more than {MAX_PROPERTIES} properties, so this is no splat; export it again")
     if words[1] in element.names:
-        raise InputError(f"{path}: PLY property {words[1]!r} occurs twice in {element.name!r}; export the splat again")
+        raise InputError(
+            f"{path}: PLY property {words[1][:40]!r} occurs twice in {element.name[:40]!r}; export the splat again"
+        )
     return PlyElement(element.name, element.count, (*element.properties, (words[1], TYPES[words[0]])), element.lists)
 
 

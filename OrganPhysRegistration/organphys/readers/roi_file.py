@@ -16,6 +16,7 @@ from ..ground.checks import Array, InputError
 from ..ground.frames import ras_from_lps
 from ..points.point_sets import Box
 from .json_file import is_lps, markups_of, read_json
+from .plain_numbers import plain_numbers
 
 
 def read_box(path: str | Path) -> Box:
@@ -28,7 +29,13 @@ def read_box(path: str | Path) -> Box:
         content = content["roi"]
     if not isinstance(content, dict) or "center" not in content or "size" not in content:
         raise InputError(f"{path}: holds no region; give a Slicer ROI markup or JSON with center and size")
-    axes = content["axes"] if content.get("axes") is not None else np.eye(3)
+    rows = content.get("axes")
+    if rows is None:
+        axes = np.eye(3)
+    elif isinstance(rows, list) and len(rows) == 3:
+        axes = np.stack([_numbers(row, 3, "axes", path) for row in rows])
+    else:
+        axes = _numbers(rows, 9, "axes", path).reshape(3, 3)
     return _box(content["center"], content["size"], axes, path)
 
 
@@ -44,33 +51,24 @@ def _from_markup(content: Any, path: Path) -> Box:
         raise InputError(f"{path}: {len(regions)} ROI markups in the file, expected one; save the ROI by itself")
     region = regions[0]
     if str(region.get("roiType", "Box")) not in ("Box", "BoundingBox"):
-        raise InputError(f"{path}: ROI type {region['roiType']!r} is not supported; use a box")
-    orientation = region.get("orientation") or np.eye(3).ravel()
-    axes = _numbers(orientation, (9,), "orientation", path).reshape(3, 3).T  # columns are the axes, row-major
-    centre = _numbers(region.get("center"), (3,), "center", path)
+        raise InputError(f"{path}: ROI type {str(region['roiType'])[:40]!r} is not supported; use a box")
+    orientation = region.get("orientation")
+    axes = np.eye(3) if orientation is None else _numbers(orientation, 9, "orientation", path).reshape(3, 3).T
+    centre = _numbers(region.get("center"), 3, "center", path)  # columns of the orientation are the axes
     if is_lps(region, path):
         centre, axes = ras_from_lps(centre), ras_from_lps(axes)
-    return _box(centre, region.get("size"), axes, path)
+    return _box(centre.tolist(), region.get("size"), axes, path)
 
 
-def _box(centre: Any, size: Any, axes: Any, path: Path) -> Box:
-    rows = _numbers(axes, None, "axes", path)
+def _box(centre: Any, size: Any, axes: Array, path: Path) -> Box:
     try:
-        return Box(
-            _numbers(centre, (3,), "center", path),
-            _numbers(size, (3,), "size", path),
-            rows.reshape(3, 3) if rows.size == 9 else rows,
-        )
+        return Box(_numbers(centre, 3, "center", path), _numbers(size, 3, "size", path), axes)
     except InputError as error:
         raise InputError(str(error) if str(path) in str(error) else f"{path}: {error}") from error
 
 
-def _numbers(value: Any, shape: tuple[int, ...] | None, name: str, path: Path) -> Array:
+def _numbers(value: Any, count: int, name: str, path: Path) -> Array:
     try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{path}: {name} does not hold numbers; save the region again") from error
-    expected = "" if shape is None else shape[0]
-    if (shape is not None and array.shape != shape) or not np.isfinite(array).all():
-        raise InputError(f"{path}: {name} should be {expected} finite numbers, got {str(value)[:60]}; save it again")
-    return array
+        return plain_numbers(value, count, f"{path}: {name}")
+    except InputError as error:
+        raise InputError(f"{error}; save the region again") from error

@@ -39,7 +39,7 @@ def _slicer_segments(header: VolumeHeader) -> list[Segment]:
     """
     found = []
     for key, name in header.metadata.items():
-        match = re.fullmatch(r"Segment(\d+)_Name", key)
+        match = re.fullmatch(r"Segment(\d{1,6})_Name", key)
         if match:
             found.append((int(match[1]), name.strip()))
     segments = []

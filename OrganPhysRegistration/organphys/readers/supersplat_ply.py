@@ -41,10 +41,13 @@ def check_layout(header: PlyHeader) -> None:
     bounds = sum((POSITION_BOUNDS + SCALE_BOUNDS), ())
     if vertex is None or chunk is None or not set(PACKED) <= set(vertex.names) or not set(bounds) <= set(chunk.names):
         raise InputError(f"{header.path}: incomplete compressed splat (chunk or packed fields); export it again")
-    if dict(vertex.properties)["packed_position"] != "u4" or chunk.count < -(-vertex.count // CHUNK):
+    kinds = {kind for name, kind in vertex.properties if name in PACKED}
+    if kinds != {"u4"} or {kind for _, kind in chunk.properties} != {"f4"} or chunk.count < -(-vertex.count // CHUNK):
         raise InputError(f"{header.path}: compressed splat with too few chunks or wrong types; export it again")
     rest = [n for n in sh.names if n.startswith("f_rest_")] if sh else []
-    if sh is not None and (sh.count != vertex.count or len(rest) not in (9, 24, 45)):
+    whole = [f"f_rest_{k}" for k in range(len(rest))] == sorted(rest, key=lambda name: (len(name), name))
+    octets = sh is None or {kind for _, kind in sh.properties} == {"u1"}
+    if sh is not None and (sh.count != vertex.count or len(rest) not in (9, 24, 45) or not whole or not octets):
         raise InputError(f"{header.path}: spherical harmonics do not fit the vertices; export the splat again")
 
 

@@ -21,10 +21,11 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..ground.checks import Array, InputError, as_vector
+from ..ground.checks import LARGEST, Array, InputError
 from ..ground.frames import ras_from_lps
 from ..points.trajectory import MOST_POSES, Trajectory, rotation_along
 from .json_file import read_json, read_text
+from .plain_numbers import number_of, plain_number, plain_numbers
 
 FORMAT, VERSION = "organphys-trajectory", 1
 QUATERNION, DIRECTION = ("qw", "qx", "qy", "qz"), ("dx", "dy", "dz")
@@ -57,14 +58,16 @@ def _trajectory(header: dict[str, str], table: dict[str, Array]) -> Trajectory:
             f"either {', '.join(QUATERNION)} or {', '.join(DIRECTION)}, roll_deg"
         )
     positions = np.stack([table[name] for name in "xyz"], axis=1)
-    if not np.isfinite(np.stack(list(table.values()))).all():
-        raise InputError("trajectory: a number is missing or not finite; fill every column of every pose")
+    if not (np.abs(np.stack(list(table.values()))) <= LARGEST).all():
+        raise InputError(
+            "trajectory: a number is missing or not finite or beyond 1e12; fill every column of every pose"
+        )
     rotations = _quaternions(table) if "qw" in table else _directions(table)
     frame, axes = header.get("frame", "").lower(), header.get("axes", "RAS").upper()
     if not frame:
         raise InputError("trajectory: frame is not stated; write 'scene', 'ct' or 'm' (and the unit)")
     if axes not in ("RAS", "LPS") or (axes == "LPS" and frame != "ct"):
-        raise InputError(f"trajectory: axes {axes!r} in frame {frame!r}; RAS or LPS belong to frame 'ct'")
+        raise InputError(f"trajectory: axes {axes[:20]!r} in frame {frame[:20]!r}; RAS or LPS belong to frame 'ct'")
     if axes == "LPS":
         positions, rotations = ras_from_lps(positions), LPS_TURN @ rotations
     jaw = table.get("jaw_deg", np.zeros(len(positions)))
@@ -108,13 +111,13 @@ def _csv(path: Path) -> tuple[dict[str, str], dict[str, Array]]:
     unknown = [name for name in names if name not in KNOWN]
     if unknown or len(set(names)) < len(names):
         raise InputError(
-            f"{path}: column {(unknown or names)[0]!r} is unknown or twice; known: {', '.join(sorted(KNOWN))}"
+            f"{path}: column {(unknown or names)[0][:40]!r} is unknown or twice; known: {', '.join(sorted(KNOWN))}"
         )
     values = np.empty((len(rows) - 1, len(names)))
     number = 0
     try:
         for k, (number, row) in enumerate(rows[1:]):  # noqa: B007 (named in the message)
-            values[k] = [float(cell) for cell in row]
+            values[k] = [number_of(cell) for cell in row]
     except ValueError as error:
         raise InputError(f"{path}: line {number} is not {len(names)} numbers separated by commas") from error
     return header, dict(zip(names, values.T, strict=True))
@@ -138,19 +141,16 @@ def _json(path: Path) -> tuple[dict[str, str], dict[str, Array]]:
 
 def _json_pose(pose: dict[str, Any], name: str) -> dict[str, float]:
     """One pose as columns; InputError names it."""
-    position = as_vector(pose.get("position", ()), f"{name}: position")
-    out = {"time_s": pose.get("time_s"), "jaw_deg": pose.get("jaw_deg", 0.0), **dict(zip("xyz", position, strict=True))}
+    out = dict(zip("xyz", plain_numbers(pose.get("position"), 3, f"{name}: position").tolist(), strict=True))
+    out["time_s"] = plain_number(pose.get("time_s"), f"{name}: time_s")
+    out["jaw_deg"] = plain_number(pose.get("jaw_deg", 0.0), f"{name}: jaw_deg")
     if "quaternion" in pose:
-        given = pose["quaternion"]
-        if not isinstance(given, list) or len(given) != 4:
-            raise InputError(f"{name}: quaternion must be four numbers, w first")
-        out |= dict(zip(QUATERNION, given, strict=True))
+        turn = plain_numbers(pose["quaternion"], 4, f"{name}: quaternion, w first")
+        out |= dict(zip(QUATERNION, turn.tolist(), strict=True))
     elif "direction" in pose:
-        out |= dict(zip(DIRECTION, as_vector(pose["direction"], f"{name}: direction"), strict=True))
-        out["roll_deg"] = pose.get("roll_deg", 0.0)
+        turn = plain_numbers(pose["direction"], 3, f"{name}: direction")
+        out |= dict(zip(DIRECTION, turn.tolist(), strict=True))
+        out["roll_deg"] = plain_number(pose.get("roll_deg", 0.0), f"{name}: roll_deg")
     else:
         raise InputError(f"{name}: give its quaternion [w, x, y, z] or its direction [x, y, z]")
-    try:
-        return {key: float(value) for key, value in out.items()}
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: time_s, jaw_deg and all others must be numbers") from error
+    return out

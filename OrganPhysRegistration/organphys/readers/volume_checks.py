@@ -1,10 +1,8 @@
-"""Checks of a label-map file before SimpleITK allocates for it: kind of file, declared size against real size."""
+"""Checks of a label-map file around SimpleITK: the kind of file before it, the kind of voxels after it."""
 
 from __future__ import annotations
 
-import gzip
 import os
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +13,6 @@ from ..ground.checks import InputError
 
 MAX_VOXELS = 4_000_000_000
 SUFFIXES = (".nii", ".nii.gz", ".nrrd", ".mha", ".mhd", ".nhdr", ".hdr", ".img", ".img.gz")
-CHECKED_BYTES = 100_000_000  # a third of a second
-DEFLATE_LIMIT = 1032  # deflate cannot compress below 1/1032 of the size
-DETACHED = (".mhd", ".nhdr", ".hdr", ".img", ".img.gz")
 
 
 def check_is_volume_file(path: Path) -> None:
@@ -38,29 +33,6 @@ def check_is_volume_file(path: Path) -> None:
         raise InputError(f"{path}: unknown kind of label map; give .nii, .nii.gz, .nrrd, .seg.nrrd, .mha or .mhd")
 
 
-def check_declared_size(path: Path, *, voxels: int, bytes_per_voxel: int) -> None:
-    """InputError where the header promises more voxels than the file can hold, or more than anyone can use."""
-    if voxels > MAX_VOXELS:
-        raise InputError(f"{path}: {voxels} voxels declared, at most {MAX_VOXELS} are read; crop the volume")
-    name, declared = path.name.lower(), voxels * bytes_per_voxel
-    if name.endswith(DETACHED):
-        return  # the voxels are in another file, which ITK checks itself
-    size = path.stat().st_size
-    # ITK's NIfTI reader fills what is missing with zeros and says nothing, so a cut file has to be found here
-    if name.endswith(".nii"):
-        complete = size >= declared + 348
-    elif declared > DEFLATE_LIMIT * size:
-        complete = False
-    elif name.endswith(".nii.gz"):
-        complete = _gzip_holds(path, declared + 348)
-    else:
-        complete = True
-    if not complete:
-        raise InputError(
-            f"{path}: damaged or truncated, the header declares {declared} bytes of voxels; copy the file again"
-        )
-
-
 def check_labels(path: Path, voxels: NDArray[Any]) -> None:
     """InputError where voxels are negative or fractions: an image given instead of its label map."""
     kind = voxels.dtype.kind
@@ -68,28 +40,6 @@ def check_labels(path: Path, voxels: NDArray[Any]) -> None:
         return
     if voxels.min() < 0 or (kind == "f" and not np.array_equal(voxels, np.rint(voxels))):
         raise InputError(f"{path}: holds negative numbers or fractions, so it is an image; give its label map")
-
-
-def _gzip_holds(path: Path, expected: int) -> bool:
-    """Whether a gzip file inflates to at least ``expected`` bytes.
-
-    Its last four bytes are the inflated size modulo 2^32, which settles it for an intact single-member file; only where
-    that differs, or the file is small, is it inflated, in bounded memory, to the end, which also checks its CRC.
-    """
-    with path.open("rb") as file:
-        if file.read(2) != b"\x1f\x8b":
-            return path.stat().st_size >= expected  # not compressed in spite of its name
-        file.seek(-4, 2)
-        if expected > CHECKED_BYTES and 0 <= int.from_bytes(file.read(4), "little") - expected % 2**32 < 4096:
-            return True
-    total = 0
-    try:
-        with gzip.open(path) as stream:
-            while total <= expected + CHECKED_BYTES and (block := stream.read(1 << 22)):
-                total += len(block)
-    except (EOFError, OSError, zlib.error):
-        return False
-    return total >= expected
 
 
 def _is_dicom(path: Path) -> bool:

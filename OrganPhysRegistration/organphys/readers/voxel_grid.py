@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..ground.checks import Array, InputError
 
+SMALLEST_MM, LARGEST_MM = 1e-5, 1e6  # edge of a voxel; the origin may lie a thousand times farther
+LEAST_SPAN = 1e-6  # volume of a voxel over that of its edges put at right angles
+
 
 @dataclass(frozen=True)
 class VoxelGrid:
@@ -30,8 +33,7 @@ class VoxelGrid:
         if affine.shape != (4, 4) or not np.isfinite(affine).all() or not np.allclose(affine[3], [0, 0, 0, 1]):
             raise InputError("voxel geometry: expected a finite affine (4, 4) with the last row 0 0 0 1")
         grid = cls((shape[0], shape[1], shape[2]), affine[:3, 3].copy(), affine[:3, 2::-1].copy())
-        if not grid.voxel_ml > 1e-12:
-            raise InputError("voxel geometry: its axes do not span a volume; check the spacing and the transform")
+        check_extent(grid, "voxel geometry")
         return grid
 
     @property
@@ -49,3 +51,14 @@ class VoxelGrid:
         """RAS mm positions (N, 3) of indices (N, 3) in (k, j, i) order."""
         positions: Array = np.asarray(index, dtype=np.float64) @ self.step_ras.T + self.origin_ras
         return positions
+
+
+def check_extent(grid: VoxelGrid, name: str) -> None:
+    """InputError where voxels have no extent, none that a body has, or lie beyond all bodies."""
+    edges = np.abs(grid.step_ras).max(axis=0)
+    if not (np.isfinite(grid.step_ras).all() and (edges >= SMALLEST_MM).all() and (edges <= LARGEST_MM).all()):
+        raise InputError(f"{name}: voxel spacing is no length in mm, so its axes do not span a volume; repair it")
+    if not (np.abs(grid.origin_ras) <= 1000 * LARGEST_MM).all():
+        raise InputError(f"{name}: the origin of the voxels is not a place in mm; repair the header")
+    if not abs(np.linalg.det(grid.step_ras / grid.spacing_mm)) >= LEAST_SPAN:
+        raise InputError(f"{name}: the voxels' axes do not span a volume; check the spacing and the transform")

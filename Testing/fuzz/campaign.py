@@ -1,0 +1,83 @@
+"""The long campaign against every reader; it goes on where it stopped.
+
+    make fuzz                                                   200,000 inputs for each reader
+    python Testing/fuzz/campaign.py --inputs 5000 --readers splat,labels
+
+What it found lies in Testing/output/fuzz; RESULTS.md gets its part.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "core"), str(HERE.parent / "benchmarks")]
+
+from results import write_results  # noqa: E402
+from seed_files import write_corpus  # noqa: E402
+from supervised import Tally, run_jobs  # noqa: E402
+from targets import TARGETS  # noqa: E402
+
+OUTPUT = HERE.parent / "output" / "fuzz"
+BATCH = 2000
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """The command; 1 where a reader failed."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--inputs", type=int, default=200_000, help="for each reader, those of earlier runs counted")
+    parser.add_argument("--readers", default=",".join(TARGETS), help="separated by commas")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--out", type=Path, default=OUTPUT)
+    parser.add_argument("--results", type=Path, default=HERE.parent / "benchmarks" / "RESULTS.md")
+    parser.add_argument("--minutes", type=float, default=1e9, help="of processor time, then it stops")
+    options = parser.parse_args(arguments)
+    os.nice(10)
+    corpus = options.out / "corpus"
+    write_corpus(corpus)
+    state = load_state(options.out)
+    spent = 0.0
+    for reader in options.readers.split(","):
+        tally = state.setdefault(f"{options.seed}:{reader}", Tally())
+        while tally.tried < options.inputs and spent < 60 * options.minutes:
+            last = min(tally.tried + BATCH, options.inputs)
+            spent += _batch(corpus, options, reader, last, tally)
+            save_state(options.out, state)
+            told = f"{sum(tally.failures.values())} failures of {len(tally.failures)} kinds"
+            print(f"{reader}: {tally.tried} tried, {tally.read} read, {tally.refused} refused, {told}", flush=True)
+    write_results(options.results, state, options.inputs)
+    return int(any(tally.failures for tally in state.values()))
+
+
+def _batch(corpus: Path, options: argparse.Namespace, reader: str, last: int, tally: Tally) -> float:
+    new = run_jobs(corpus, options.out / reader, options.seed, [(reader, tally.tried, last)])[reader]
+    tally.tried += new.tried
+    tally.read += new.read
+    tally.refused += new.refused
+    tally.seconds += new.seconds
+    for what, count in new.failures.items():
+        tally.failures[what] = tally.failures.get(what, 0) + count
+    tally.files = new.files | tally.files
+    return new.seconds
+
+
+def load_state(folder: Path) -> dict[str, Tally]:
+    """The tallies of earlier runs, by "seed:reader"."""
+    path = folder / "state.json"
+    entries = json.loads(path.read_text()) if path.exists() else {}
+    return {name: Tally(**entry) for name, entry in entries.items()}
+
+
+def save_state(folder: Path, state: dict[str, Tally]) -> None:
+    temporary = folder / "state.part"
+    temporary.write_text(json.dumps({name: asdict(tally) for name, tally in state.items()}, indent=1))
+    temporary.replace(folder / "state.json")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
