@@ -10,13 +10,15 @@
 VENV ?= .venv
 BIN := $(VENV)/bin
 DEMO ?= organphys-demo
+CASES ?= ../shared/cases/dev
+BENCH ?= organphys-bench
 IS_NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 10))
 
 # The first of these that runs and is new enough; left empty when there is none.
 PYTHON ?= $(shell for p in python3 python3.12 python3.13 python3.11 python3.10 python; do \
 	$$p -c '$(IS_NEW_ENOUGH)' >/dev/null 2>&1 && echo $$p && break; done)
 
-.PHONY: demo test test-core test-slicer lint setup setup-test clean docs
+.PHONY: demo test test-core test-slicer lint setup setup-test clean docs bench bench-full
 
 demo: setup
 	$(BIN)/organphys demo --out $(DEMO)
@@ -34,6 +36,13 @@ lint: setup-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+# Methods x cases against known truth; CASES: a folder of case folders. Both go on where they were stopped.
+bench: setup-test
+	$(BIN)/organphys-bench --cases "$(CASES)" --out "$(BENCH)" --results Testing/benchmarks/RESULTS.md
+
+bench-full: setup-test
+	$(BIN)/organphys-bench --cases "$(CASES)" --out "$(BENCH)" --full
 
 docs: $(VENV)/.installed-docs
 	$(BIN)/python -m sphinx -W --keep-going -q Resources/Docs build/docs

@@ -89,13 +89,13 @@ def chosen_methods(text: str) -> list[str]:
 
 
 def planned(cases: list[str], methods: list[str], *, full: bool) -> list[RunKey]:
-    """The baseline of every case and method first, then the sweeps."""
+    """The baseline first, method by method, then the sweeps: what has run when it is stopped makes whole tables."""
     conditions = [Condition(), *(full_conditions() if full else ())]
     return [
         RunKey(case, method, condition)
         for condition in conditions
-        for case in cases
         for method in methods
+        for case in cases
         if condition == Condition() or method not in NO_SWEEP
     ]
 

@@ -69,6 +69,8 @@ class OrganMesh:
 
 def mesh_of(organ: Organ, *, cells: int) -> tuple[Array, NDArray[np.int64]]:
     """Nodes (N, 3) in RAS mm and tetrahedra of the organ, about ``cells`` of them."""
-    edge = (6 * np.sqrt(2) * organ.volume_ml * 1000 / cells) ** (1 / 3)  # regular tetrahedra: volume edge^3 / (6 sqrt 2)
+    edge = (6 * np.sqrt(2) * organ.volume_ml * 1000 / cells) ** (
+        1 / 3
+    )  # regular tetrahedra: volume edge^3 / (6 sqrt 2)
     mesh = tetrahedra(organ.vertices, organ.faces, edge=float(edge))
     return mesh.nodes, mesh.cells

@@ -10,7 +10,7 @@ from organphys.pipeline.evaluation import REGIONS, Truth, errors_mm
 
 
 def tre_figures(truth: Truth, mapped: Array) -> dict[str, dict[str, float]]:
-    """{"all", "visible", "hidden", "interior": {mean, median, p95, max}} in mm, of mapped points (N, 3), scene units."""
+    """{"all", "visible", "hidden", "interior": {mean, median, p95, max}} in mm of mapped points (N, 3), scene."""
     error = errors_mm(truth, mapped)
     chosen = {"all": np.ones(len(error), bool), **{name: truth.region == k for k, name in enumerate(REGIONS)}}
     return {name: _summary(error[rows]) for name, rows in chosen.items() if rows.any()}

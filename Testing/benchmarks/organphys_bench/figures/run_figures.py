@@ -13,8 +13,8 @@ from organphys.pipeline.evaluation import Truth, errors_mm
 from organphys.points.point_sets import Organ
 from organphys.points.sampling import random_subset
 
-from ..problem.thin_surface import thinned
 from ..problem.outcome import Outcome
+from ..problem.thin_surface import thinned
 from .accuracy import oracle_mean_mm, tre_figures
 from .deformation import deformation_figures
 from .residuals import SURFACE_POINTS, residual_figures

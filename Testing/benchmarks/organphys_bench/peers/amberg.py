@@ -13,9 +13,9 @@ from scipy.spatial import cKDTree
 
 from ..problem.outcome import Clock, Outcome
 from ..problem.problem import Problem
-from .rigid_icp import IcpOptions, icp, surface_points
-from .surface_extension import EXTENSION, extended
 from ..problem.thin_surface import thinned
+from .rigid_icp import similarity_start, surface_points
+from .surface_extension import EXTENSION, extended
 
 VERTICES = 1500
 FARTHEST = 3.0  # median distances of the start
@@ -27,10 +27,7 @@ def amberg(problem: Problem, clock: Clock) -> Outcome:
     """Surface registration, extended inside."""
     import trimesh
 
-    with clock.stage("start"):
-        start = problem.start
-    with clock.stage("icp"):
-        T_scene_ct, _ = icp(problem.case.scene.target, surface_points(problem), start, IcpOptions(scale=True))
+    T_scene_ct, stages = similarity_start(problem, clock)
     with clock.stage("non-rigid"):
         vertices, faces = thinned(problem.organ, VERTICES)
         mesh = trimesh.Trimesh(T_scene_ct.apply(vertices), faces, process=False)
@@ -41,4 +38,4 @@ def amberg(problem: Problem, clock: Clock) -> Outcome:
         )
     with clock.stage("extension"):
         map_points = extended(vertices, np.asarray(moved), T_scene_ct)
-    return Outcome(map_points, T_scene_ct, EXTENSION, {"start": start, "icp": T_scene_ct}, {"vertices": len(vertices)})
+    return Outcome(map_points, T_scene_ct, EXTENSION, stages, {"vertices": len(vertices)})

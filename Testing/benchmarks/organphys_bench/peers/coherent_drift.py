@@ -1,10 +1,10 @@
 """Coherent point drift by pycpd: deformable, after a similarity ICP.
 
-Myronenko and Song, "Point Set Registration: Coherent Point Drift", PAMI 2010: point sets of zero mean and unit variance,
-beta = 2 and w = 0.1 as there. Changed in its favour, each better in every case tried (gallbladder, kidney, pancreas):
-lambda (pycpd's alpha) is 30 instead of 2; the variance begins with the pairs of the start instead of all pairs; only CT
-points that face the camera move towards the splat, else the hidden side is pulled onto the seen one. The velocity
-field is a sum of Gaussians round them, which moves any other point too.
+Myronenko and Song, "Point Set Registration: Coherent Point Drift", PAMI 2010: point sets of zero mean and unit
+variance, beta = 2 and w = 0.1 as there. Changed in its favour, each better in every case tried (gallbladder, kidney,
+pancreas): lambda (pycpd's alpha) is 30 instead of 2; the variance begins with the pairs of the start instead of all
+pairs; only CT points that face the camera move towards the splat, else the hidden side is pulled onto the seen one.
+The velocity field is a sum of Gaussians round them, which moves any other point too.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from organphys.points.sampling import random_subset
 
 from ..problem.outcome import Clock, Outcome
 from ..problem.problem import Problem
-from .rigid_icp import IcpOptions, icp, surface_points
+from .rigid_icp import similarity_start
 
 BETA, LAMBDA, OUTLIERS = 2.0, 30.0, 0.1
 MOVING, FIXED, STEPS, TOLERANCE = 1200, 2000, 100, 1e-6
@@ -28,10 +28,7 @@ def coherent_drift(problem: Problem, clock: Clock) -> Outcome:
     """Deformable coherent point drift."""
     from pycpd import DeformableRegistration
 
-    with clock.stage("start"):
-        start = problem.start
-    with clock.stage("icp"):
-        T_scene_ct, _ = icp(problem.case.scene.target, surface_points(problem), start, IcpOptions(scale=True))
+    T_scene_ct, stages = similarity_start(problem, clock)
     with clock.stage("drift"):
         target, moving = problem.case.scene.target, facing_points(problem, T_scene_ct)
         target = target[random_subset(len(target), FIXED, problem.seed)]
@@ -49,7 +46,7 @@ def coherent_drift(problem: Problem, clock: Clock) -> Outcome:
         return (placed + gaussians(placed, drift.Y) @ drift.W) * spread + centre
 
     facts = {"drift_steps": int(drift.iteration), "moving_points": len(moving)}
-    return Outcome(map_points, T_scene_ct, "the method's own Gaussian velocity field", {"start": start, "icp": T_scene_ct}, facts)
+    return Outcome(map_points, T_scene_ct, "the method's own Gaussian velocity field", stages, facts)
 
 
 def facing_points(problem: Problem, T_scene_ct: Similarity) -> Array:

@@ -2,8 +2,8 @@
 
 Tetrahedra by fTetWild, linear elements, Neo-Hookean energy, sparse projected Newton whose pattern is assembled once.
 ``fem_icp``: the default method's own data terms (seen side, both directions, rim, joint scale), elastic energy alone
-as the prior, 0.45 for Poisson's ratio: what full finite elements make of them. ``fem_icp_paper``: the data term, energy,
-Young's modulus, Poisson's ratio and levels of the paper, from the paper's own rigid ICP at the common start.
+as the prior, 0.45 for Poisson's ratio: what finite elements make of them. ``fem_icp_paper``: the data term, energy,
+Young's modulus, Poisson's ratio and alphas of the paper, after a similarity ICP.
 """
 
 from __future__ import annotations
@@ -17,9 +17,7 @@ from organphys.elastic.elastic_registration import ElasticOptions, register_elas
 from organphys.elastic.paper_model import PaperElasticOptions
 from organphys.ground.checks import Array
 from organphys.ground.frames import Normalisation, Similarity
-from organphys.ground.progress import no_progress
 from organphys.mechanics.neo_hookean import LogNeoHookean, StableNeoHookean
-from organphys.pipeline.paper_method import PaperMethod
 from organphys.points.sampling import random_subset
 
 from ..fem.assembly import Assembly, Elasticity
@@ -27,6 +25,7 @@ from ..fem.elastic_icp import LEVELS, MOVE_TOLERANCE, FemOrgan, elastic_icp, pap
 from ..fem.organ_mesh import OrganMesh, mesh_of
 from ..problem.outcome import Clock, Outcome
 from ..problem.problem import Problem
+from .rigid_icp import similarity_start
 
 CELLS = 5000  # asked for; fTetWild makes about 8000 of it, with 2000 nodes
 EXTENSION = "the tetrahedra's own linear shape functions"
@@ -53,12 +52,8 @@ def fem_icp(problem: Problem, clock: Clock) -> Outcome:
 
 def fem_icp_paper(problem: Problem, clock: Clock) -> Outcome:
     """The paper's elastic ICP on tetrahedra."""
-    method, options = PaperMethod(problem.case), PaperElasticOptions(seed=problem.seed, inner_steps=20)
-    with clock.stage("start"):
-        start = problem.start
-    with clock.stage("rigid"):
-        T_scene_ct = method.rigid(method.coarse(no_progress), start, no_progress).T_scene_ct
-    boundary = method.boundary
+    options, boundary = PaperElasticOptions(seed=problem.seed, inner_steps=20), problem.organ.boundary_points
+    T_scene_ct, stages = similarity_start(problem, clock)
     frame = Normalisation(boundary.mean(0), float(np.abs(boundary - boundary.mean(0)).max()))
     with clock.stage("meshing"):
         mesh = _mesh(problem, frame)
@@ -70,7 +65,6 @@ def fem_icp_paper(problem: Problem, clock: Clock) -> Outcome:
         target = frame.apply(T_scene_ct.inverse().apply(problem.case.scene.target))
         u, facts = paper_elastic_icp(mesh, elastic, surface, target, options)
     facts |= {"nodes": len(mesh.nodes), "tetrahedra": len(mesh.cells)}
-    stages = {"start": start, "rigid": T_scene_ct}
     return Outcome(_mapping(mesh, frame, u, T_scene_ct), T_scene_ct, EXTENSION, stages, facts)
 
 
@@ -85,9 +79,7 @@ def _scaled_about_start(start: Similarity, frame: Normalisation, gamma: float) -
     return Similarity(pose.scale / gamma, pose.rotation, pose.translation) @ frame.T_ct_normalised.inverse()
 
 
-def _mapping(
-    mesh: OrganMesh, frame: Normalisation, u: Array, T_scene_ct: Similarity
-) -> Callable[[Array], Array]:
+def _mapping(mesh: OrganMesh, frame: Normalisation, u: Array, T_scene_ct: Similarity) -> Callable[[Array], Array]:
     def map_points(points_ct: Array) -> Array:
         points = frame.apply(points_ct)
         return T_scene_ct.apply(frame.undo(points + mesh.moved(mesh.carry(points), u)))

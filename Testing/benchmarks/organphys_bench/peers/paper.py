@@ -9,12 +9,11 @@ from organphys.elastic.paper_elastic import paper_elastic
 from organphys.elastic.paper_model import LEVELS, PaperElasticOptions, paper_model
 from organphys.elastic.records import ElasticStep
 from organphys.ground.frames import Similarity
-from organphys.ground.progress import no_progress
-from organphys.pipeline.paper_method import PaperMethod
 from organphys.pipeline.session import RegistrationSession
 
 from ..problem.outcome import Clock, Outcome
 from ..problem.problem import Problem
+from .rigid_icp import similarity_start
 
 
 def paper(problem: Problem, clock: Clock) -> Outcome:
@@ -57,22 +56,18 @@ class OneAlpha(PaperElasticOptions):
 
 
 def paper_figure_8(problem: Problem, clock: Clock) -> Outcome:
-    """The elastic ICP three times, at one alpha each, from the rigid ICP at the common start; mapped as alpha 0.005."""
-    method = PaperMethod(problem.case)
-    with clock.stage("start"):
-        start = problem.start
-    with clock.stage("rigid"):
-        T_scene_ct = method.rigid(method.coarse(no_progress), start, no_progress).T_scene_ct
+    """The elastic ICP three times, at one alpha each, after a similarity ICP; mapped as with alpha 0.005."""
+    T_scene_ct, stages = similarity_start(problem, clock)
     curves: dict[str, Any] = {}
     for preset in LEVELS:
         options = OneAlpha(stiffness=preset, seed=problem.seed)
         with clock.stage("basis"):
             organ = problem.organ
-            model = paper_model(method.boundary, organ.volume_points, organ.volume_ml, options=options)
+            model = paper_model(organ.boundary_points, organ.volume_points, organ.volume_ml, options=options)
         with clock.stage(f"elastic, alpha {options.alphas[0]}"):
             found = paper_elastic(model, problem.case.scene.target, T_scene_ct=T_scene_ct, options=options)
         curves[str(options.alphas[0])] = curve(found.steps, model.normalisation.length)
-    return Outcome(found.map_points, T_scene_ct, stages={"rigid": T_scene_ct}, facts={"figure_8": curves})
+    return Outcome(found.map_points, T_scene_ct, stages=stages, facts={"figure_8": curves})
 
 
 def curve(steps: tuple[ElasticStep, ...], length_mm: float) -> list[list[float]]:

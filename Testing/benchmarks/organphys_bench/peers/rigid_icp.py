@@ -51,6 +51,15 @@ def _registered(problem: Problem, clock: Clock, options: IcpOptions) -> Outcome:
     return Outcome(T_scene_ct.apply, T_scene_ct, stages={"start": start}, facts={"icp_steps": steps})
 
 
+def similarity_start(problem: Problem, clock: Clock) -> tuple[Similarity, dict[str, Similarity]]:
+    """Where the deformable peers begin to deform, T_scene_ct after a similarity ICP; and the stages until then."""
+    with clock.stage("start"):
+        start = problem.start
+    with clock.stage("icp"):
+        T_scene_ct, _ = icp(problem.case.scene.target, surface_points(problem), start, IcpOptions(scale=True))
+    return T_scene_ct, {"start": start, "icp": T_scene_ct}
+
+
 def surface_points(problem: Problem) -> Array:
     """Points (N, 3) of the CT surface, RAS mm, uniform by area."""
     organ, rng = problem.organ, np.random.default_rng(problem.seed)

@@ -12,7 +12,7 @@ REGIONS = ("visible", "hidden", "interior")
 
 
 def not_ahead(runs: RunSet) -> list[str]:
-    """One line for every case and peer whose mean TRE is at most that of OrganPhys with landmarks, and where it gains."""
+    """One line for every case and peer whose mean TRE is at most OrganPhys's with landmarks, and where it gains."""
     lines = []
     for case in runs.cases:
         ours = runs.value(case, OURS[0], mean_tre)
@@ -20,9 +20,8 @@ def not_ahead(runs: RunSet) -> list[str]:
             theirs = runs.value(case, method, mean_tre)
             if method in OURS or not theirs <= ours:
                 continue
-            lines.append(
-                f"{case}: {METHODS[method].title} has {theirs:.2f} mm, OrganPhys {ours:.2f} mm ({_where(runs, case, method)})"
-            )
+            where = _where(runs, case, method)
+            lines.append(f"{case}: {METHODS[method].title} has {theirs:.2f} mm, OrganPhys {ours:.2f} mm ({where})")
     return lines
 
 
@@ -30,7 +29,7 @@ def _where(runs: RunSet, case: str, method: str) -> str:
     """Theirs against ours by region, and the scale errors."""
     parts = []
     for region in REGIONS:
-        pair = [runs.value(case, name, lambda f: f["tre_mm"][region]["mean"]) for name in (method, OURS[0])]
+        pair = [runs.value(case, name, lambda f, r=region: f["tre_mm"][r]["mean"]) for name in (method, OURS[0])]
         parts.append(f"{region} {pair[0]:.2f} against {pair[1]:.2f}")
     scales = [runs.value(case, name, lambda f: f["scale_error_percent"]) for name in (method, OURS[0])]
     return ", ".join([*parts, f"scale error {scales[0]:+.1f} % against {scales[1]:+.1f} %"])
@@ -46,7 +45,9 @@ def verdict_lines(runs: RunSet) -> list[str]:
         theirs = runs.values(method, mean_tre)
         if method not in OURS and np.isfinite(theirs).all() and np.isfinite(ours).all():
             word = "ahead of" if ours.mean() < theirs.mean() else "NOT ahead of"
-            lines.append(f"{word} {METHODS[method].title}: mean over the cases {ours.mean():.2f} against {theirs.mean():.2f} mm")
+            lines.append(
+                f"{word} {METHODS[method].title}: mean over the cases {ours.mean():.2f} against {theirs.mean():.2f} mm"
+            )
     return lines
 
 
@@ -67,7 +68,14 @@ def solver_table(runs: RunSet) -> Table | None:
     if not rows:
         return None
     rows.append(("mean", "", "", "", "", "", "", number(float(np.mean(ratios)), 1)))
-    columns = ("case", "nodes / tetrahedra", "outer steps, FEM", "Newton steps", "processor s, FEM", "outer steps, reduced")
+    columns = (
+        "case",
+        "nodes / tetrahedra",
+        "outer steps, FEM",
+        "Newton steps",
+        "processor s, FEM",
+        "outer steps, reduced",
+    )
     return Table(
         "Elastic stage: reduced basis against finite elements",
         (*columns, "processor s, reduced", "FEM / reduced"),

@@ -15,7 +15,8 @@ REGIONS = ("visible", "hidden", "interior")
 
 def main_table(runs: RunSet) -> Table:
     """Mean TRE of every case, and over the cases as a ratio to the best similarity."""
-    rows = [("best similarity (from the truth)", *(number(runs.oracle_mm(case)) for case in runs.cases), "1.00", "1.00")]
+    oracle = [f"({number(runs.oracle_mm(case))})" for case in runs.cases]
+    rows = [("best similarity, from the truth", *oracle, "(1.00)", "(1.00)")]
     for method in runs.methods:
         ratios = runs.values(method, ratio)
         cells = [number(value) for value in runs.values(method, mean_tre)]
@@ -25,9 +26,9 @@ def main_table(runs: RunSet) -> Table:
         "Mean TRE, mm",
         ("method", *runs.cases, "mean ratio", "worst ratio"),
         tuple(rows),
-        "Distance of 1500 mapped CT points (surface and interior) from their true place; ratio: to the best rigid motion "
-        "with scale there is, fitted to the truth. Every peer begins at the same start, the best pose of OrganPhys's "
-        "global search with the landmarks; 'the paper's method' and OrganPhys find their own.",
+        "Distance of 1500 mapped CT points (surface and interior) from their true place; ratio: to the best rigid "
+        "motion with scale there is, fitted to the truth. Every peer begins at the same start, the best pose of "
+        "OrganPhys's global search with the landmarks; 'the paper's method' and OrganPhys find their own.",
         frozenset(range(1, len(runs.cases) + 3)),
     )
 
@@ -40,8 +41,8 @@ def region_table(runs: RunSet) -> Table:
     names = ("visible", "hidden", "interior", "median", "p95", "max", "|scale error| %")
     return _means(
         runs, "TRE by region, mm, mean over the cases", names, columns, 2,
-        "visible: reconstructed surface; hidden: the rest of the surface; interior: inside. Median, p95 and max are over "
-        "all points of a case. Scale error: of the similarity, against the true unit.", best=range(1, 7),
+        "visible: reconstructed surface; hidden: the rest of the surface; interior: inside. Median, p95 and max are "
+        "over all points of a case. Scale error: of the similarity, against the true unit.", best=range(1, 7),
     )  # fmt: skip
 
 
@@ -63,9 +64,9 @@ def fit_table(runs: RunSet) -> Table:
     ]
     return _means(
         runs, "Residuals and deformation, mean over the cases", names, columns, 3,
-        "Distances between the CT's boundary voxels (at most 10,000) and 5000 splat points as in the paper's Table 2, in "
-        "units of the CT surface's largest coordinate. trim30: without the worst 30 %. Deformation beyond the method's "
-        "similarity at 2000 points inside, by differences of its map.",
+        "Distances between the CT's boundary voxels (at most 10,000) and 5000 splat points as in the paper's Table 2, "
+        "in units of the CT surface's largest coordinate. trim30: without the worst 30 %. Deformation beyond the "
+        "method's similarity at 2000 points inside, by differences of its map.",
     )  # fmt: skip
 
 
@@ -95,8 +96,8 @@ def time_table(runs: RunSet) -> Table:
 def stage_seconds(done: list[Run]) -> str:
     """Mean processor seconds of the stages, in order."""
     names = dict.fromkeys(name for run in done for name in run["seconds"] if name != "total")
-    means = {name: np.mean([run["seconds"].get(name, {"processor_s": 0})["processor_s"] for run in done]) for name in names}
-    return ", ".join(f"{name} {value:.1f}" for name, value in means.items())
+    spent = {name: [run["seconds"][name]["processor_s"] for run in done if name in run["seconds"]] for name in names}
+    return ", ".join(f"{name} {np.mean(seconds):.1f}" for name, seconds in spent.items())
 
 
 def case_table(runs: RunSet) -> Table:

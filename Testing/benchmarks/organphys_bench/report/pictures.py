@@ -47,7 +47,7 @@ def case_pictures(runs: RunSet, case: str, folder: Path) -> list[tuple[str, NDAr
 
 
 def splat_layers(folder: Path, done: dict) -> list[SplatLayer]:
-    """A sample of the opaque splat from the camera and from the side; the views hold OrganPhys's organ, or the first."""
+    """A sample of the opaque splat from the camera and from the side; the views hold OrganPhys's organ or the first."""
     splat = read_splat(folder / "splat.ply")
     opaque = np.flatnonzero(splat.valid & (splat.opacities > 0.1))
     opaque = opaque[:: max(1, len(opaque) // SHOWN)]

@@ -87,7 +87,9 @@ def sweep_plot(runs: RunSet, sweep: Sweep) -> Figure | None:
         style = {"color": COLOURS[method], "linewidth": 2.4 if method in OURS else 1.3}
         left.plot(levels, middle, marker="o", markersize=3.5, label=METHODS[method].title, **style)
         left.fill_between(levels, low, high, color=COLOURS[method], alpha=0.10)
-        right.plot(levels, [100 * np.mean(values <= SUCCESS) for _, values in points], marker="o", markersize=3.5, **style)
+        right.plot(
+            levels, [100 * np.mean(values <= SUCCESS) for _, values in points], marker="o", markersize=3.5, **style
+        )
     left.set(xlabel=sweep.label, ylabel="TRE / best similarity's", yscale="log")
     right.set(xlabel=sweep.label, ylabel=f"ratio at most {SUCCESS:g}, % of runs", ylim=(-3, 103))
     for axes in (left, right):
