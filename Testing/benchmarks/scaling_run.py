@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
 import tempfile
 from pathlib import Path
 
@@ -25,10 +24,10 @@ from organphys.exports.surface_vtp import write_surface_vtp
 from organphys.ground.progress import no_progress
 from organphys.pipeline.case import Case
 from organphys.pipeline.case_state import CaseState
-from organphys.pipeline.commands_register import fingerprint
 from organphys.pipeline.default_method import DefaultMethod
 from organphys.pipeline.organ_in_scene import organ_in_scene
 from organphys.pipeline.processor import one_blas_thread
+from organphys.pipeline.provenance import fingerprint
 from organphys.pipeline.registration import Registration
 from organphys.pipeline.write_outputs import report_content
 from organphys.readers.gaussian_ply import read_gaussians, read_splat
@@ -54,7 +53,6 @@ def main() -> None:
                 sample_displacement(load_asset(Path(folder) / "organ.organphys"))
         if options.follow:
             follow(Path(folder), options.splat, meter)
-    facts["peak_mb"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(json.dumps({"facts": facts, "stages": meter.stages}))
 
 
