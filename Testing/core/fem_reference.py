@@ -1,10 +1,11 @@
 """An independent full finite-element solution to compare the simulator with: quadratic tetrahedra.
 
 scikit-fem makes mesh, shape functions and numbering; the material law is written out here once more. The organ is a
-polyhedron, so that refining its tetrahedra leaves its shape as it is. It is held by springs spread over some of them
-and loaded by forces spread over all (gravity) or some (a pulled patch).
+polyhedron, so that refining its tetrahedra leaves its shape as it is. Springs and forces are spread over its volume
+with a density that is smooth in space: where it jumped, the reference would converge slowly.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,12 +16,10 @@ from skfem import Basis, ElementTetP2, MeshTet
 
 @dataclass(frozen=True)
 class Loads:
-    """Springs ``held`` N/m per m^3 in cells ``pinned`` (nt,) bool; ``force`` (3,) N/m^3 in cells ``pulled``."""
+    """At points (N, 3), m, at rest: springs held(x) (N,) in N/m per m^3, forces force(x) (N, 3) in N/m^3."""
 
-    pinned: np.ndarray
-    held: float
-    pulled: np.ndarray
-    force: np.ndarray
+    held: Callable[[np.ndarray], np.ndarray]
+    force: Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -72,17 +71,20 @@ def boundary(mesh):
     return mesh.p[:, used].T, same.reshape(-1, 3)
 
 
-def refined(mesh, loads):
-    """Every tetrahedron cut into eight, with the loads of its parent."""
-    fine = mesh.refined()
-    owner = mesh.element_finder()(*fine.p[:, fine.t].mean(1))
-    return fine, Loads(loads.pinned[owner], loads.held, loads.pulled[owner], loads.force)
+def carried_over(coarse, u, fine):
+    """Nodal displacements (N, 3) of the space ``fine`` that are those of ``coarse`` with u, on a mesh it refines."""
+    places = fine.basis.doflocs.T  # a hair towards the middle, so that each lies in some tetrahedron
+    probes = coarse.basis.probes((places.mean(0) + (1 - 1e-9) * (places - places.mean(0))).T)
+    return np.stack([probes @ column for column in u.T], axis=1)
 
 
-def solve(space, loads, mu, lam, *, tolerance=1e-7, parts=4):
-    """Nodal displacements (N, 3), m, of the equilibrium of Psi = mu/2 (tr C - 3 - 2 ln J) + lam/2 (J - 1)^2."""
-    u = np.zeros((space.basis.N, 3))
-    for part in np.arange(1, parts + 1) / parts:
+def solve(space, loads, mu, lam, *, tolerance=1e-7, parts=4, start=None):
+    """Nodal displacements (N, 3), m, of the equilibrium of Psi = mu/2 (tr C - 3 - 2 ln J) + lam/2 (J - 1)^2.
+
+    The load comes on in ``parts``, or at once from displacements ``start`` (N, 3) that are near.
+    """
+    u = np.zeros((space.basis.N, 3)) if start is None else start
+    for part in np.arange(1, parts + 1) / parts if start is None else (1.0,):
         for _ in range(25):
             matrix, force = _system(space, loads, mu, lam, u, part)
             way = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(-force)
@@ -102,10 +104,12 @@ def _system(space, loads, mu, lam, u, part):
     volume = lam * (j - 1) * j
     force = np.einsum("eq,eqim,eqam->eia", weights * mu, slopes, f, optimize=True)
     force += np.einsum("eq,eqia->eia", weights * (volume - mu), pushed)
-    spring = loads.held * loads.pinned[:, None] * weights
+    points = space.points
+    spring = loads.held(points).reshape(weights.shape) * weights
     mass = np.einsum("eq,iq,jq->eij", spring, values, values, optimize=True)
     force += np.einsum("eij,eja->eia", mass, u[space.nodes])
-    force -= part * np.einsum("eq,iq,a->eia", loads.pulled[:, None] * weights, values, loads.force)
+    load = weights[:, :, None] * loads.force(points).reshape(*weights.shape, 3)
+    force -= part * np.einsum("eqa,iq->eia", load, values)
     plain = np.einsum("eq,eqim,eqjm->eij", weights * mu, slopes, slopes, optimize=True) + mass
     local = np.einsum("eq,eqib,eqja->eiajb", weights * (mu - volume), pushed, pushed, optimize=True)
     local += np.einsum("eq,eqia,eqjb->eiajb", weights * lam * (2 * j - 1) * j, pushed, pushed, optimize=True)

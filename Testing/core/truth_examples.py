@@ -9,7 +9,7 @@ from organphys.simulation.rest_shape import rest_shape
 
 RADII = np.array([0.06, 0.04, 0.03])
 TISSUE = Tissue("liver-like", 5500.0, 0.45, 1060.0, "round numbers")
-HOLD = 1e4  # N/m of all springs together
+HOLD = 2e3  # N/m of all springs together: tissue held so gives way over about 10 mm, which the meshes resolve
 PULL = np.array([0.0, 0.2, 0.3])  # N on the whole patch
 LOADS = ("weight", "pulled patch")
 
@@ -19,32 +19,45 @@ def mesh_of(cells):
 
 
 def load_case(mesh, name):
-    """One half is held; either all of it has weight, or the far end is pulled."""
-    middle, volumes = mesh.p[:, mesh.t].mean(1).T, Quadratic.of(mesh).weights.sum(1)
-    pinned, patch = middle[:, 0] < 0, middle[:, 0] > 0.6 * RADII[0]
-    held = HOLD / volumes[pinned].sum()
+    """One half is held, the firmer the farther out; either all of it has weight, or the other end is pulled."""
+    space = Quadratic.of(mesh)
+    springs, pulls = (float(space.weights.ravel() @ bump(space.points)) for bump in (_held, _pulled))
     if name == "weight":
-        return Loads(pinned, held, np.ones(len(middle), dtype=bool), TISSUE.density * np.array([0, 0, -9.81]))
-    return Loads(pinned, held, patch, PULL / volumes[patch].sum())
+        force = TISSUE.density * np.array([0, 0, -9.81])
+        return Loads(lambda x: HOLD / springs * _held(x), lambda x: np.tile(force, (len(x), 1)))
+    return Loads(lambda x: HOLD / springs * _held(x), lambda x: np.outer(_pulled(x), PULL / pulls))
+
+
+def _held(x):
+    return _rise((0.2 - x[:, 0] / RADII[0]) / 1.2)
+
+
+def _pulled(x):
+    return _rise((x[:, 0] / RADII[0] - 0.3) / 0.7)
+
+
+def _rise(t):
+    """From 0 at 0 to 1 at 1, twice continuous."""
+    t = np.clip(t, 0.0, 1.0)
+    return t**3 * (10 - 15 * t + 6 * t**2)
 
 
 def body_of(mesh, loads, handles, quadrature=2000):
     """The simulator's body on the middles of tetrahedra two levels finer: the same polyhedron, evenly filled."""
     fine = mesh.refined(2)
-    owner = mesh.element_finder()(*fine.p[:, fine.t].mean(1))
     points, volumes = fine.p[:, fine.t].mean(1).T, Quadratic.of(fine).weights.sum(1)
-    pinned = loads.pinned[owner]
+    springs = loads.held(points) * volumes
+    pinned = springs > 0
     shape = rest_shape(
         points, volumes, *boundary(mesh), tissue=TISSUE, handles=handles, quadrature=quadrature, sample_spacing=0.01
     )
-    return held_body(shape, points[pinned], loads.held * volumes[pinned], tissue=TISSUE)
+    return held_body(shape, points[pinned], springs[pinned], tissue=TISSUE)
 
 
 def simulated(body, mesh, loads, points):
     """Displacements (N, 3) m of the static equilibrium at points (N, 3), by Newton's method on the body's energy."""
     space = Quadratic.of(mesh)
-    pulled = np.repeat(loads.pulled, space.weights.shape[1])
-    force = np.outer((space.weights.ravel() * pulled) @ body.basis.phi(space.points), loads.force)
+    force = body.basis.phi(space.points).T @ (space.weights.reshape(-1, 1) * loads.force(space.points))
     z, held = np.zeros((body.basis.size, 3)), np.kron(body.held, np.eye(3))
     for part in (0.25, 0.5, 0.75, 1.0):
         for _ in range(30):

@@ -13,7 +13,7 @@ from ..basis.reduced_elasticity import ReducedElasticity
 from ..ground.checks import Array
 from ..mechanics.tissue import GENERIC, Tissue
 from .contact_samples import ContactSamples
-from .local_cells import RefinedCells
+from .local_cells import RefinedCells, within
 from .pins import Pin, spring_matrix
 from .quadrature import Quadrature
 from .rest_shape import RestShape
@@ -112,26 +112,24 @@ class Body:
 
     def _local_rows(self, samples: NDArray[np.int64]) -> Array:
         """Local columns (k, m) at contact samples (k,), without what they take from the others."""
-        near, rows = self._near_local
-        at = np.minimum(np.searchsorted(near, samples), max(len(near) - 1, 0))
-        out = np.zeros((len(samples), rows.shape[1]))
-        if len(near):
-            here = near[at] == samples
-            out[here] = rows[at[here]]
-        return out
+        return self._local_basis.rows(samples)
 
     @cached_property
-    def _near_local(self) -> tuple[NDArray[np.int64], Array]:
-        """Contact samples (k,) that the local functions reach, ascending, and their rows (k, m)."""
-        local, points = self.basis.local, self.samples.points
+    def _local_basis(self) -> SampleBasis:
+        local = self.basis.local
         assert local is not None
-        near = np.flatnonzero(((points - local.functions.middle) ** 2).sum(1) < local.functions.reach**2)
-        return near, local.functions.values(points[near]) @ local.mixing
+        return SampleBasis(lambda x: local.functions.values(x) @ local.mixing, local.mixing.shape[1], self.samples)
 
     @cached_property
     def middle_phi(self) -> Array:
         """Basis (P, n) at the middle of every patch of contact samples."""
-        return self.basis.phi(self.samples.points[self.samples.middle])
+        middles, local = self.samples.points[self.samples.middle], self.basis.local
+        if self.plain is None or local is None:
+            return self.basis.phi(middles)
+        base, near = self.plain.middle_phi, within(middles, local.functions.middle, local.functions.reach)
+        columns = -base @ local.overlap
+        columns[near] += local.functions.values(middles[near]) @ local.mixing
+        return np.concatenate([base, columns], axis=1)
 
     def sample_positions(self, z: Array, samples: NDArray[np.int64]) -> Array:
         """Positions (k, 3), m, of the contact samples (k,) at Z (n, 3)."""
@@ -172,7 +170,7 @@ def held_body(
         shape=shape,
         basis=basis,
         strain=strain_energy(basis, shape.cells.quadrature, tissue),
-        sample_basis=SampleBasis(basis, shape.samples),
+        sample_basis=SampleBasis(basis.phi, basis.size, shape.samples),
         tissue=tissue,
         held=spring_matrix(basis, points, springs),
         held_points=points,

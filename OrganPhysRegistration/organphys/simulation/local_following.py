@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
 from ..ground.checks import Array
 from .body import Body
-from .local_cells import within
 from .local_detail import LocalDetail, kernels_near, with_kernels
 from .local_functions import LocalFunctions
 from .simulation_basis import LocalColumns
@@ -98,23 +96,15 @@ def _next_kernels(body: Body, state: BodyState, centre: Array, detail: LocalDeta
 
 
 def _dimple(body: Body, state: BodyState) -> float:
-    """Largest displacement of a contact sample by the local functions, m."""
+    """Largest displacement of the middles of patches of contact samples by the local functions, m."""
     n = body.basis.mixing.shape[1]
-    assert body.basis.local is not None
-    samples = _beside(body, body.basis.local.functions)
-    return float(np.sqrt(((body.sample_phi(samples)[:, n:] @ state.z[n:]) ** 2).sum(1).max(initial=0.0)))
-
-
-def _beside(body: Body, functions: LocalFunctions) -> NDArray[np.int64]:
-    """Contact samples (k,) within reach of the functions, thinned to a few hundred."""
-    samples = np.flatnonzero(within(body.samples.points, functions.middle, functions.reach))
-    return samples[:: max(len(samples) // 400, 1)]
+    return _largest(body.middle_phi[:, n:] @ state.z[n:])
 
 
 def _shift(old: Body, z: Array, new: Body, moved: Array) -> float:
-    """How far a change of functions moves contact samples near them at most, m."""
-    local = old.basis.local or new.basis.local
-    assert local is not None
-    samples = _beside(old, local.functions)
-    way = new.sample_phi(samples) @ moved - old.sample_phi(samples) @ z
+    """How far a change of functions moves the middles of patches of contact samples at most, m."""
+    return _largest(new.middle_phi @ moved - old.middle_phi @ z)
+
+
+def _largest(way: Array) -> float:
     return float(np.sqrt((way**2).sum(1).max(initial=0.0)))

@@ -13,9 +13,12 @@ from .gaussian_shapes import axes, scales_and_quaternions
 from .quick_splat import QuickSplat
 from .spherical_harmonics import rotated_harmonics
 from .splat_binding import SplatBinding
+from .splat_direct import DirectSplat
 
 
-def moved_splat(gaussians: Gaussians, binding: SplatBinding | QuickSplat, body: Body, z: Array) -> Gaussians:
+def moved_splat(
+    gaussians: Gaussians, binding: SplatBinding | QuickSplat | DirectSplat, body: Body, z: Array
+) -> Gaussians:
     """All Gaussians in their order, the bound ones as they are at Z (n, 3) of ``body``; the others stay bit for bit.
 
     Means, scales and quaternions follow F; the spherical harmonics turn by the rotation of its polar decomposition.

@@ -107,7 +107,9 @@ def record_of(tree: Any, arrays: Mapping[str, np.ndarray]) -> Any:
     if record is Body:
         plain = parts["plain"]
         parts["sample_basis"] = (
-            SampleBasis(parts["basis"], parts["shape"].samples) if plain is None else plain.sample_basis
+            SampleBasis(parts["basis"].phi, parts["basis"].size, parts["shape"].samples)
+            if plain is None
+            else plain.sample_basis
         )
     if set(parts) != set(field_names(record)):
         raise InputError(f"record {tree['record']} has other fields than in this version")

@@ -96,6 +96,24 @@ class SimulationBasis:
             slopes[:, :, size:] = self.local_values(slopes[:, :, :size], local_slopes)
         return out, slopes
 
+    def motion(self, z: Array, points: Array) -> tuple[Array, Array]:
+        """Displacement (N, 3) m and its derivative (N, 3, 3), [a, m] = d u_a / d X_m, at Z (n, 3) without local columns.
+
+        Without Phi, so that a few moments at many points (N, 3) m cost a third of the time and no memory.
+        """
+        x, raw, h = self.normalisation.apply(points), self.mixing @ z, self.handles
+        columns = self.coefficients[:, :h] @ raw[4 : 4 + 4 * h].reshape(h, 12)  # of [1, x] times u_a, by node
+        columns[:, :3] += self.coefficients[:, h:] @ raw[4 + 4 * h :]
+        u, slopes = np.empty((len(x), 3)), np.empty((len(x), 3, 3))
+        for start in range(0, len(x), CHUNK):
+            at = x[start : start + CHUNK]
+            values, gradients = self.kernel.combined_with_gradient(columns, at)
+            affine, slope = values.reshape(-1, 4, 3) + raw[:4].reshape(4, 3), gradients.reshape(-1, 4, 3, 3)
+            u[start : start + CHUNK] = affine[:, 0] + np.einsum("nm,nma->na", at, affine[:, 1:])
+            total = slope[:, 0] + affine[:, 1:].transpose(0, 2, 1) + np.einsum("nj,njam->nam", at, slope[:, 1:])
+            slopes[start : start + CHUNK] = total / self.normalisation.length
+        return u, slopes
+
     def affine_coordinates(self, matrix: Array, shift: Array) -> Array:
         """Z (n, 3) of the displacement u(X) = matrix @ X + shift (X, shift in m), exact at every X."""
         about = self.normalisation
