@@ -3,6 +3,9 @@
 #             the module's are skipped, with the reason, where they cannot run)
 # make lint   ruff and mypy
 # make docs   the documentation as HTML in build/docs; warnings and broken links are errors
+# make lock   pins in constraints.txt for what the pinned packages need in turn
+# make licences  THIRD_PARTY.md, the licences of all packages
+# make test-wheel  wheel and sdist, installed into an empty environment, run the demo
 # make clean  remove the environment and what the demo wrote
 #
 # Needs Python >= 3.10 and the network on the first call. Another interpreter: make demo PYTHON=/path/to/python3
@@ -18,7 +21,7 @@ IS_NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 10))
 PYTHON ?= $(shell for p in python3 python3.12 python3.13 python3.11 python3.10 python; do \
 	$$p -c '$(IS_NEW_ENOUGH)' >/dev/null 2>&1 && echo $$p && break; done)
 
-.PHONY: demo test test-core test-slicer lint setup setup-test clean docs bench bench-full
+.PHONY: demo test test-core test-slicer lint setup setup-test clean docs bench bench-full lock licences test-wheel
 
 demo: setup
 	$(BIN)/organphys demo --out $(DEMO)
@@ -46,6 +49,16 @@ bench-full: setup-test
 
 docs: $(VENV)/.installed-docs
 	$(BIN)/python -m sphinx -W --keep-going -q Resources/Docs build/docs
+
+lock: $(VENV)/.installed-test $(VENV)/.installed-docs
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv==0.13.9
+	PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python .ci/lock.py
+
+licences: $(VENV)/.installed-test $(VENV)/.installed-docs
+	$(BIN)/python .ci/licences.py
+
+test-wheel: setup-test
+	.ci/test_wheel "$(abspath $(BIN))/python"
 
 setup: $(VENV)/.installed
 setup-test: $(VENV)/.installed-test
