@@ -3,6 +3,7 @@
 #             the module's are skipped, with the reason, where they cannot run)
 # make lint   ruff and mypy
 # make docs   the documentation as HTML in build/docs; warnings and broken links are errors
+# make fuzz   200,000 hostile files for every reader: hours; it goes on where it stopped (Testing/fuzz)
 # make lock   pins in constraints.txt for what the pinned packages need in turn
 # make licences  THIRD_PARTY.md, the licences of all packages
 # make test-wheel  wheel and sdist, installed into an empty environment, run the demo
@@ -21,7 +22,7 @@ IS_NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 10))
 PYTHON ?= $(shell for p in python3 python3.12 python3.13 python3.11 python3.10 python; do \
 	$$p -c '$(IS_NEW_ENOUGH)' >/dev/null 2>&1 && echo $$p && break; done)
 
-.PHONY: demo test test-core test-slicer lint setup setup-test clean docs bench bench-full lock licences test-wheel
+.PHONY: demo test test-core test-slicer fuzz lint setup setup-test clean docs bench bench-full lock licences test-wheel
 
 demo: setup
 	$(BIN)/organphys demo --out $(DEMO)
@@ -34,6 +35,9 @@ test-core: setup-test
 # A process of its own: the test host changes PySide6 for all code in it.
 test-slicer: setup-test
 	$(BIN)/python -m pytest -rs Testing/slicer
+
+fuzz: setup-test
+	$(BIN)/python Testing/fuzz/campaign.py
 
 lint: setup-test
 	$(BIN)/ruff check .

@@ -32,7 +32,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--inputs", type=int, default=200_000, help="for each reader, those of earlier runs counted")
     parser.add_argument("--readers", default=",".join(TARGETS), help="separated by commas")
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=0, help="another one gives other inputs")
     parser.add_argument("--out", type=Path, default=OUTPUT)
     parser.add_argument("--results", type=Path, default=HERE.parent / "benchmarks" / "RESULTS.md")
     parser.add_argument("--minutes", type=float, default=1e9, help="of processor time, then it stops")
@@ -50,19 +50,13 @@ def main(arguments: list[str] | None = None) -> int:
             save_state(options.out, state)
             told = f"{sum(tally.failures.values())} failures of {len(tally.failures)} kinds"
             print(f"{reader}: {tally.tried} tried, {tally.read} read, {tally.refused} refused, {told}", flush=True)
-    write_results(options.results, state, options.inputs)
+    write_results(options.results, state, "make fuzz, or Testing/fuzz/campaign.py with other numbers of inputs")
     return int(any(tally.failures for tally in state.values()))
 
 
 def _batch(corpus: Path, options: argparse.Namespace, reader: str, last: int, tally: Tally) -> float:
     new = run_jobs(corpus, options.out / reader, options.seed, [(reader, tally.tried, last)])[reader]
-    tally.tried += new.tried
-    tally.read += new.read
-    tally.refused += new.refused
-    tally.seconds += new.seconds
-    for what, count in new.failures.items():
-        tally.failures[what] = tally.failures.get(what, 0) + count
-    tally.files = new.files | tally.files
+    tally.add(new)
     return new.seconds
 
 

@@ -62,7 +62,8 @@ def _nifti(content: bytes) -> np.ndarray:
     offset, slope, shift = struct.unpack_from(order + "3f", content, 108)
     count = int(np.prod(dim[1 : dim[0] + 1], dtype=np.int64))
     voxels = np.frombuffer(content, order + NIFTI[kind], count, max(int(offset), 352))
-    return voxels if np.nan_to_num(slope) == 0 else voxels * np.float64(slope) + np.nan_to_num(shift)
+    scaled = np.nan_to_num(slope) not in (0, 1) or np.nan_to_num(shift) != 0
+    return voxels * np.float64(slope) + np.nan_to_num(shift) if scaled else voxels
 
 
 def _inflated(content: bytes) -> bytes:
@@ -81,7 +82,7 @@ def _nrrd(content: bytes, voxels: bytes | None) -> np.ndarray:
     fields = dict(re.findall(r"(?m)^([a-z ]+): (.*)$", head.replace(b"\r", b"").decode("latin-1")))
     order = "<" if fields.get("endian", "little").strip() == "little" else ">"
     if fields["encoding"].strip() in ("gzip", "gz"):
-        data = zlib.decompressobj(47).decompress(data)
+        data = _inflated(data)
     count = int(np.prod([int(n) for n in fields["sizes"].split()], dtype=np.int64))
     return np.frombuffer(data, order + NRRD[fields["type"].strip()], count)
 

@@ -1,2 +1,71 @@
-def write_results(*a):
-    pass
+"""The campaign's part of RESULTS.md: inputs tried, what became of them, failures found and fixed."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+from replay import found_files
+from results_file import machine_lines, write_part
+from supervised import Tally
+from targets import TARGETS
+from trial import BASE_BYTES, MEGABYTE
+
+TITLE = "# Hostile files"
+GOAL = 200_000
+
+
+def write_results(path: Path, state: dict[str, Tally], command: str) -> None:
+    """Put the part of this campaign into RESULTS.md."""
+    rows = {reader: _added(state, reader) for reader in TARGETS}
+    fixed = Counter(name.split("_")[0] for name in found_files())
+    table = [
+        f"| {reader} | {t.tried:,} | {t.read:,} | {t.refused:,} | {sum(t.failures.values())} | {fixed[reader]} "
+        f"| {t.seconds / 60:.1f} |"
+        for reader, t in rows.items()
+    ]
+    short = [reader for reader, tally in rows.items() if tally.tried < GOAL]
+    lines = [
+        TITLE,
+        "",
+        *machine_lines(command),
+        "",
+        f"Mutated files, read in a process of their own ({sum(t.tried for t in rows.values()):,} in all). "
+        "Outcome: read (and equal to a second, plain reading of the bytes, or sound by its invariants), refused "
+        "(InputError, one printable line), or failed: any other exception, a warning or text on stderr, a native "
+        f"crash, more than 5 s of processor time, more memory than {BASE_BYTES // MEGABYTE} MB and twice what an "
+        "intact file of that content takes, or a wrong success. Fixed: kinds of failure found while the harness was "
+        "made and run, each kept as a file in Testing/fuzz/found that the standard tests try again.",
+        "",
+        "| reader | inputs | read | refused | failed, open | kinds found and fixed | minutes of one core |",
+        "|---|---|---|---|---|---|---|",
+        *table,
+        "",
+        *([f"Not reached: {GOAL:,} inputs for {', '.join(short)}; `make fuzz` goes on.", ""] if short else []),
+        *_open(rows),
+        "Found and fixed (files may show the same weakness in several readers):",
+        "",
+        *(f"- {cause} ({', '.join(sorted(who))})" for cause, who in _causes().items()),
+    ]
+    write_part(path, "\n".join(lines) + "\n")
+
+
+def _added(state: dict[str, Tally], reader: str) -> Tally:
+    """Over all seeds."""
+    total = Tally()
+    for name, tally in state.items():
+        if name.partition(":")[2] == reader:
+            total.add(tally)
+    return total
+
+
+def _open(rows: dict[str, Tally]) -> list[str]:
+    lines = [f"- {reader}: {what} ({count} times)" for reader, t in rows.items() for what, count in t.failures.items()]
+    return ["Failures that are still open:", "", *lines, ""] if lines else []
+
+
+def _causes() -> dict[str, set[str]]:
+    causes: dict[str, set[str]] = {}
+    for name, cause in sorted(found_files().items(), key=lambda entry: entry[1]):
+        causes.setdefault(cause, set()).add(name.split("_")[0])
+    return causes

@@ -30,6 +30,16 @@ class Tally:
     failures: dict[str, int] = field(default_factory=dict)
     files: dict[str, str] = field(default_factory=dict)
 
+    def add(self, other: Tally) -> None:
+        """Count the inputs of another run as well."""
+        self.tried += other.tried
+        self.read += other.read
+        self.refused += other.refused
+        self.seconds += other.seconds
+        for what, count in other.failures.items():
+            self.failures[what] = self.failures.get(what, 0) + count
+        self.files = other.files | self.files
+
     def fail(self, what: str, file: str | None = None) -> None:
         self.failures[what] = self.failures.get(what, 0) + 1
         if file is not None:

@@ -32,7 +32,8 @@ def gaussians_from_rows(rows: Rows, *, path: Path, progress: Progress = no_progr
     opaque = np.full(count, LOGIT_LIMIT, dtype=np.float32)
     known = {*CENTRE, *scales, *rotation, *dc, *rest, "opacity"}
     colours = plain_colours(rows)
-    neutral = np.zeros((count, 3), dtype=np.float32) if colours is None else (colours - 0.5) / SH_C0
+    with np.errstate(invalid="ignore"):  # signalling NaNs, which are masked
+        neutral = np.zeros((count, 3), dtype=np.float32) if colours is None else (colours - 0.5) / SH_C0
     return Gaussians(
         means=stack_columns(rows, CENTRE),
         log_scales=stack_columns(rows, scales),

@@ -139,11 +139,12 @@ def _reader(path: Path) -> Any:
 
 def _geometry(reader: Any, dimension: int) -> dict[str, Array]:
     direction = np.array(reader.GetDirection(), dtype=np.float64).reshape(dimension, dimension)[:3, :3]
-    step_lps = direction * np.array(reader.GetSpacing()[:3])  # columns: i, j, k
-    return {
-        "origin_ras": ras_from_lps(np.array(reader.GetOrigin()[:3])),
-        "step_ras": ras_from_lps(step_lps[:, ::-1].T).T,
-    }
+    with np.errstate(all="ignore"):  # what is no length is told by check_extent
+        step_lps = direction * np.array(reader.GetSpacing()[:3])  # columns: i, j, k
+        return {
+            "origin_ras": ras_from_lps(np.array(reader.GetOrigin()[:3])),
+            "step_ras": ras_from_lps(step_lps[:, ::-1].T).T,
+        }
 
 
 def _bytes_per_voxel(pixel_type: str, path: Path) -> int:

@@ -77,8 +77,8 @@ def _fields(path: Path, text: str) -> dict[str, str]:
             continue
         key, mark, value = line.partition(":=")
         if mark and re.fullmatch(r"[^:]{1,200}", key):
-            if key in keys or "\0" in line or len(line) > 100_000:
-                raise header_error(path, f"key {key[:60]!r} is twice there or too long")
+            if key in keys or not key.isprintable() or "\ufffd" in key or "\0" in line or len(line) > 100_000:
+                raise header_error(path, f"key {key[:60]!r} is twice there, too long or no text")
             keys.add(key)
             continue
         name, _, value = line.partition(":")

@@ -9,9 +9,11 @@ import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..ground.checks import one_line
 from .label_volume import VolumeHeader
 
 MAX_EXTENSION_BYTES = 4_000_000
+LONGEST_NAME = 200
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,7 @@ def _slicer_segments(header: VolumeHeader) -> list[Segment]:
     for key, name in header.metadata.items():
         match = re.fullmatch(r"Segment(\d{1,6})_Name", key)
         if match:
-            found.append((int(match[1]), name.strip()))
+            found.append((int(match[1]), _shown(name)))
     segments = []
     for number, name in sorted(found):
         value = _integer(header.metadata.get(f"Segment{number}_LabelValue"), default=1)
@@ -55,8 +57,13 @@ def _slicer_segments(header: VolumeHeader) -> list[Segment]:
 def _nifti_segments(path: Path) -> list[Segment]:
     """Names of a Caret/Connectome label table (<Label Key="5">liver</Label>), as TotalSegmentator writes it."""
     text = _nifti_extension(path).decode("utf-8", errors="replace")
-    labels = re.findall(r'<Label\s[^<>]*?Key="(\d{1,9})"[^<>]*>\s*(?:<!\[CDATA\[)?([^<\]]{1,200})', text)
-    return [Segment(int(key), 0, name.strip()) for key, name in labels if int(key) != 0]
+    tags = re.findall(r"<Label\s([^<>]{1,1000})>\s{0,20}(?:<!\[CDATA\[)?([^<\]]{1,200})", text)
+    found = [(re.search(r'Key="(\d{1,9})"', attributes), name) for attributes, name in tags]
+    return [Segment(int(key[1]), 0, _shown(name)) for key, name in found if key is not None and int(key[1]) != 0]
+
+
+def _shown(name: str) -> str:
+    return one_line(name.strip(), longest=LONGEST_NAME)
 
 
 def _nifti_extension(path: Path) -> bytes:

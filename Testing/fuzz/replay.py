@@ -1,0 +1,39 @@
+"""Every input that once made a reader fail, tried again.
+
+python Testing/fuzz/replay.py FOLDER    one line of JSON for each file in found/: its name and what came of it
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+from targets import TARGETS
+from trial import tried
+from worker import confined
+
+FOUND = Path(__file__).resolve().parent / "found"
+
+
+def found_files() -> dict[str, str]:
+    """Name of each file, READER_NUMBER_NAME, and what it did when it was found."""
+    causes: dict[str, str] = json.loads((FOUND / "causes.json").read_text())
+    return causes
+
+
+def main(folder: Path) -> None:
+    """Each twice: at the first call libraries load."""
+    for round_ in range(2):
+        for found in sorted(found_files()):
+            reader, _, name = found.split("_", 2)
+            content = (FOUND / found).read_bytes()
+            (folder / name).write_bytes(content)
+            outcome = tried(TARGETS[reader], folder / name, content)
+            if round_:
+                print(json.dumps([found, outcome.kind, outcome.what, outcome.detail]), flush=True)
+        confined()
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
