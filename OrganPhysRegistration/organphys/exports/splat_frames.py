@@ -11,29 +11,42 @@ from ..simulation.moved_splat import moved_splat
 from ..simulation.quick_splat import QuickSplat, quick_splat
 from ..simulation.session import Snapshot
 from ..simulation.splat_binding import SplatBinding, bind_splat
+from ..simulation.splat_direct import DirectSplat, direct_splat
 from .gaussian_ply import write_gaussians
+
+Follower = SplatBinding | QuickSplat | DirectSplat
 
 
 class FollowingSplat:
     """A splat that follows body number ``index`` of a scene, and is bound again when new pins give it a new basis.
 
-    By default exactly; with ``device`` "cpu" or "cuda" by warp's kernels there, which interpolate the body's motion on
-    a grid: below 0.1 mm and 2 % of a covariance beside the exact one (see ``quick_splat``).
+    Exactly by default, and with ``once``, the quick way for a single moment, too. With ``device`` "cpu" or "cuda" by
+    warp's kernels there, which interpolate the body's motion on a grid: below 0.1 mm and 2 % of a covariance beside
+    the exact one (see ``quick_splat``).
     """
 
     def __init__(
-        self, gaussians: Gaussians, body: Body, metres_per_unit: float, *, index: int = 0, device: str | None = None
+        self,
+        gaussians: Gaussians,
+        body: Body,
+        metres_per_unit: float,
+        *,
+        index: int = 0,
+        device: str | None = None,
+        once: bool = False,
     ) -> None:
-        self.gaussians = gaussians
+        self.gaussians, self._once = gaussians, once
         self._unit, self._index, self._device = metres_per_unit, index, device
         self._bound, self._binding = body.plain or body, self._bind(body)
 
-    def _bind(self, body: Body) -> SplatBinding | QuickSplat:
+    def _bind(self, body: Body) -> Follower:
+        if self._once:
+            return direct_splat(body, self.gaussians, self._unit)
         if self._device is None:
             return bind_splat(body, self.gaussians, self._unit)
         return quick_splat(body, self.gaussians, self._unit, device=self._device)
 
-    def binding(self, moment: Snapshot) -> SplatBinding | QuickSplat:
+    def binding(self, moment: Snapshot) -> Follower:
         """How the Gaussians hang on the body of this moment."""
         body = moment.scene.bodies[self._index]
         plain = body.plain or body

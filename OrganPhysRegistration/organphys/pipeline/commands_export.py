@@ -143,10 +143,11 @@ def _splat(arguments: argparse.Namespace, source: _Source, progress: Progress) -
     recording = source.recording
     assert recording is not None
     body, gaussians = recording.start.scene.bodies[source.index], read_gaussians(arguments.splat)
-    splat = FollowingSplat(gaussians, body, metres_per_unit(source.organ), index=source.index)
+    once = arguments.at != "all"
+    splat = FollowingSplat(gaussians, body, metres_per_unit(source.organ), index=source.index, once=once)
     bound = len(splat.binding(recording.start).index)
     told = f"{len(gaussians)} Gaussians in their order, {bound} of them follow the organ"
-    if arguments.at != "all":
+    if once:
         splat.write(arguments.out, moment_at(recording, _time(arguments), progress=progress))
         return [told]
     count, steps = 0, max(len(recording.events), 1)

@@ -97,9 +97,8 @@ class SimulationBasis:
         return out, slopes
 
     def motion(self, z: Array, points: Array) -> tuple[Array, Array]:
-        """Displacement (N, 3) m and its derivative (N, 3, 3), [a, m] = d u_a / d X_m, at Z (n, 3) without local columns.
-
-        Without Phi, so that a few moments at many points (N, 3) m cost a third of the time and no memory.
+        """Displacement (N, 3) m and its derivative (N, 3, 3), [a, m] = d u_a / d X_m, at Z (n, 3) of the columns that
+        are not local; without Phi, so that a moment of many points (N, 3) m costs a third of the time and no memory.
         """
         x, raw, h = self.normalisation.apply(points), self.mixing @ z, self.handles
         columns = self.coefficients[:, :h] @ raw[4 : 4 + 4 * h].reshape(h, 12)  # of [1, x] times u_a, by node
