@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import sys
+from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution
 
 from packaging.markers import default_environment
@@ -50,6 +51,7 @@ installed.
 """
 
 
+@cache
 def licence_of(name: str) -> str | None:
     """The licence that an installed package states; None where it is not installed."""
     try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
+from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any
@@ -58,15 +59,20 @@ def _walk(
 
 def _requirements_of(name: str, extras: Iterable[str], environment: Mapping[str, str]) -> list[Requirement]:
     """What an installed package needs with ``extras``; nothing is known of one that is not installed."""
-    try:
-        lines = distribution(name).requires or []
-    except PackageNotFoundError:
-        return []
-    found = [Requirement(line) for line in lines]
     wanted = ["", *extras]
+    found = _stated_by(name)
     return [r for r in found if r.marker is None or any(r.marker.evaluate({**environment, "extra": e}) for e in wanted)]
 
 
+@cache
+def _stated_by(name: str) -> tuple[Requirement, ...]:
+    try:
+        return tuple(Requirement(line) for line in distribution(name).requires or ())
+    except PackageNotFoundError:
+        return ()
+
+
+@cache
 def pins() -> dict[str, list[Requirement]]:
     """All pins of constraints.txt by canonical name."""
     found = defaultdict[str, list[Requirement]](list)
