@@ -7,6 +7,8 @@
 # make lock   pins in constraints.txt for what the pinned packages need in turn
 # make licences  THIRD_PARTY.md, the licences of all packages
 # make test-wheel  wheel and sdist, installed into an empty environment, run the demo
+# make bench  OrganPhys and its peers on the cases in CASES, as JSON, one HTML page and a part of RESULTS.md (25 minutes
+#             on 2 cores); make bench-full adds sweeps and seeds (hours); both go on where they were stopped
 # make clean  remove the environment and what the demo wrote
 #
 # Needs Python >= 3.10 and the network on the first call. Another interpreter: make demo PYTHON=/path/to/python3
