@@ -13,7 +13,8 @@ PAGES = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "README
 
 def fenced(page: str, language: str) -> list[str]:
     """The code blocks of a language in a page's text."""
-    return re.findall(rf"^```{language}\n(.*?)^```", page, flags=re.DOTALL | re.MULTILINE)
+    blocks = re.findall(r"^```([^\n]*)\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE)
+    return [text for name, text in blocks if name == language]
 
 
 def python_blocks(page: str, *, slicer: bool = False) -> list[str]:

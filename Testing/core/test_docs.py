@@ -86,7 +86,7 @@ def test_every_command_is_shown() -> None:
 
 @pytest.mark.parametrize("name", PAGES)
 def test_options_exist(name: str) -> None:
-    known = {"--additional-module-paths", "--no-main-window", "--testing", "--python-script", "--nthreads", "--help"}
+    known = {"--additional-module-paths", "--no-main-window", "--testing", "--python-script", "--help", "--cases"}
     for parser in build_parser()._subparsers._group_actions[0].choices.values():  # type: ignore[union-attr]
         known |= {option for action in parser._actions for option in action.option_strings}
     assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", PAGES[name])) <= known
