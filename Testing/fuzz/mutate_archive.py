@@ -153,6 +153,9 @@ def _directory(content: bytes, rng: Rng) -> bytes:
 
 
 def load_member(data: bytes) -> np.ndarray:
-    """The array of a .npy."""
-    array: np.ndarray = np.load(io.BytesIO(data), allow_pickle=False)
+    """The array of a .npy; ValueError where numpy, which evaluates the header as source, raises whatever it may."""
+    try:
+        array: np.ndarray = np.load(io.BytesIO(data), allow_pickle=False)
+    except Exception as error:
+        raise ValueError("no array") from error
     return array

@@ -62,6 +62,8 @@ def _nifti(content: bytes) -> np.ndarray:
     offset, slope, shift = struct.unpack_from(order + "3f", content, 108)
     count = int(np.prod(dim[1 : dim[0] + 1], dtype=np.int64))
     voxels = np.frombuffer(content, order + NIFTI[kind], count, max(int(offset), 352))
+    if voxels.dtype.kind == "f":  # the format's library takes what is not finite for background
+        voxels = np.where(np.isfinite(voxels), voxels, 0)
     scaled = np.nan_to_num(slope) not in (0, 1) or np.nan_to_num(shift) != 0
     return voxels * np.float64(slope) + np.nan_to_num(shift) if scaled else voxels
 
@@ -78,7 +80,7 @@ def _inflated(content: bytes) -> bytes:
 
 def _nrrd(content: bytes, voxels: bytes | None) -> np.ndarray:
     head, *rest = re.split(rb"\n\r?\n", content, maxsplit=1)
-    data = rest[0] if voxels is None else voxels
+    data = rest[0] if voxels is None or b"\ndata file:" not in head else voxels
     fields = dict(re.findall(r"(?m)^([a-z ]+): (.*)$", head.replace(b"\r", b"").decode("latin-1")))
     order = "<" if fields.get("endian", "little").strip() == "little" else ">"
     if fields["encoding"].strip() in ("gzip", "gz"):
@@ -89,16 +91,13 @@ def _nrrd(content: bytes, voxels: bytes | None) -> np.ndarray:
 
 def _meta(content: bytes, voxels: bytes | None) -> np.ndarray:
     end = content.find(b"\n", content.find(b"ElementDataFile")) + 1
-    fields = dict(re.findall(r"(?m)^\s*(\w+)\s*=\s*(.*?)\s*$", content[:end].decode("latin-1")))
-    data = content[end:] if voxels is None else voxels
-    if fields.get("CompressedData", "False").lower()[:1] in ("t", "1"):
+    pairs = re.findall(r"(?m)^[ \t]*(\w+)[ \t]*=[ \t]*(.*?)[ \t\r]*$", content[: end or None].decode("latin-1"))
+    fields = dict(pairs)
+    data = content[end:] if voxels is None or fields["ElementDataFile"].upper() == "LOCAL" else voxels
+    if fields.get("CompressedData", "False")[0] in "tT1":
         data = zlib.decompressobj().decompress(data)
-    order = (
-        ">"
-        if "true" in (fields.get("BinaryDataByteOrderMSB") or fields.get("ElementByteOrderMSB") or "").lower()
-        else "<"
-    )
+    most_first = fields.get("BinaryDataByteOrderMSB") or fields.get("ElementByteOrderMSB") or "False"
+    order = ">" if most_first[0] in "tT1" else "<"
     count = int(np.prod([int(n) for n in fields["DimSize"].split()], dtype=np.int64))
-    return np.frombuffer(
-        data, order + META[fields["ElementType"]], count * int(fields.get("ElementNumberOfChannels", "1"))
-    )
+    channels = int(fields.get("ElementNumberOfChannels", "1"))
+    return np.frombuffer(data, order + META[fields["ElementType"]], count * channels)

@@ -33,7 +33,8 @@ MEGABYTE = 1 << 20
 class Target:
     """read(path) is tried; problem(name, content, result) says what is wrong with a success, None if nothing.
 
-    honest: memory that an intact file takes, in bytes per byte of its content once unpacked.
+    honest: memory that an intact file takes, in bytes per byte of its content once unpacked, as measured on files of
+    2 to 20 MB (a label map's is that of surface and voxel centres, a text's that of Python's numbers).
     """
 
     read: Callable[[Path], Any]
@@ -48,8 +49,9 @@ def _splat(path: Path) -> Any:
 
 
 def _labels(path: Path) -> Any:
+    """The description, and for one file in three the organ of its first label."""
     info = describe_segmentation(path)
-    if info.layers == 1 and info.labels:
+    if info.layers == 1 and info.labels and path.stat().st_size % 3 == 0:
         try:
             organ = read_organ(path, organ=info.labels[0].label)
         except InputError as error:
@@ -78,15 +80,15 @@ def _case_problem(name: str, content: bytes, session: Any) -> str | None:
 
 
 TARGETS = {
-    "splat": Target(_splat, lambda name, content, got: splat_problem(content, *got), 12.0),
-    "labels": Target(_labels, _labels_problem, 60.0),
-    "landmarks": Target(read_landmarks, landmarks_problem, 20.0),
-    "pins": Target(read_pins, pins_problem, 20.0),
-    "region": Target(read_box, lambda name, content, got: region_problem(content, got), 20.0),
-    "trajectory": Target(read_trajectory, trajectory_problem, 20.0),
-    "points": Target(read_points, lambda name, content, got: points_problem(got), 20.0),
+    "splat": Target(_splat, lambda name, content, got: splat_problem(content, *got), 3.0),
+    "labels": Target(_labels, _labels_problem, 32.0),
+    "landmarks": Target(read_landmarks, landmarks_problem, 12.0),
+    "pins": Target(read_pins, pins_problem, 12.0),
+    "region": Target(read_box, lambda name, content, got: region_problem(content, got), 12.0),
+    "trajectory": Target(read_trajectory, trajectory_problem, 13.0),
+    "points": Target(read_points, lambda name, content, got: points_problem(got), 36.0),
     "asset": Target(load_asset, lambda name, content, got: organ_problem(got), 3.0),
     "sequence": Target(load_sequence, lambda name, content, got: sequence_problem(got), 4.0),
     "recording": Target(load_recording, lambda name, content, got: recording_problem(got), 3.0),
-    "case": Target(load_case, _case_problem, 60.0),
+    "case": Target(load_case, _case_problem, 32.0),
 }

@@ -90,10 +90,8 @@ def _forget_peak() -> None:
 
 def unpacked_size(content: bytes) -> int:
     """Bytes of a file, its first packed stream unpacked, all of it."""
-    at = min(
-        (k for k in (content.find(b"\x1f\x8b"), content.find(b"\x78\x9c"), content.find(b"\x78\xda")) if k >= 0),
-        default=-1,
-    )
+    starts = [content.find(sign) for sign in (b"\x1f\x8b", b"\x78\x9c", b"\x78\xda", b"\x78\x5e", b"\x78\x01")]
+    at = min((start for start in starts if start >= 0), default=-1)
     if at < 0:
         return len(content)
     stream, total = zlib.decompressobj(47), 0

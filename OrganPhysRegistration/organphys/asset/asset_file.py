@@ -75,9 +75,10 @@ def _checked_organ(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray], 
 
 def _check_map(organ: RegisteredOrgan) -> None:
     """InputError where the parts of the map do not fit together, told by mapping a point."""
-    organ_length, scale = organ.normalisation.length, organ.T_scene_ct.scale
-    if not (LEAST < organ_length < 1 / LEAST and LEAST < scale < 1 / LEAST and LEAST < organ.volume_ml < 1 / LEAST):
-        raise InputError("a length, scale or volume that no organ has")
+    unit = 1.0 if organ.mm_per_scene_unit is None else organ.mm_per_scene_unit
+    sizes = (organ.normalisation.length, organ.T_scene_ct.scale, organ.volume_ml, unit)
+    if not all(LEAST < size < 1 / LEAST for size in sizes):
+        raise InputError("a length, scale, unit or volume that no organ has")
     check_similarities(organ.T_scene_ct.rotation[None], organ.T_scene_ct.translation, organ.normalisation.centre)
     radii = organ.basis.weights.arrays().get("radii")
     if radii is not None and not (radii > LEAST).all():

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..ground.checks import InputError
 
+LARGEST_LABEL = 2**53  # whole numbers beyond are not kept by floating point
 MAX_VOXELS = 4_000_000_000
 SUFFIXES = (".nii", ".nii.gz", ".nrrd", ".mha", ".mhd", ".nhdr", ".hdr", ".img", ".img.gz")
 
@@ -38,7 +39,8 @@ def check_labels(path: Path, voxels: NDArray[Any]) -> None:
     kind = voxels.dtype.kind
     if kind == "u" or voxels.size == 0:
         return
-    if voxels.min() < 0 or (kind == "f" and not np.array_equal(voxels, np.rint(voxels))):
+    fractions = kind == "f" and not (np.array_equal(voxels, np.rint(voxels)) and voxels.max() <= LARGEST_LABEL)
+    if voxels.min() < 0 or fractions:
         raise InputError(f"{path}: holds negative numbers or fractions, so it is an image; give its label map")
 
 
