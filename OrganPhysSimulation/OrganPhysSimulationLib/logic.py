@@ -20,20 +20,16 @@ import numpy as np
 from slicer.ScriptedLoadableModule import ScriptedLoadableModuleLogic
 
 from organphys.ground.checks import InputError
-from organphys.readers.trajectory_file import read_trajectory
-from organphys.simulation.psm_trajectory import reachable
 from OrganPhysRegistrationLib.dependencies import ensure_packages
 from OrganPhysRegistrationLib.inputs.splat_node import T_shown_scene
 
 from .background import Background
 from .engine.live_simulation import DT, LiveSimulation
 from .engine.readings import Reading
-from .engine.tool_path import ToolPath
 from .inputs.organ_input import case_of_organ, load_organ, organ_of, splat_of_organ
-from .inputs.pins_input import balls_in, holding, pins_of
 from .inputs.suggested_pins import upright, write_pins
-from .inputs.tissue_input import tissue_of, with_gravity
-from .outputs.export import export_recording, export_splat, export_surface
+from .logic_edits import SimulationEdits, nobody
+from .logic_files import SimulationFiles
 from .roles import remove_all
 from .runs import StartInputs, gathered
 from .scene_guard import SceneGuard
@@ -41,11 +37,7 @@ from .session import SimulationSession
 from .ticker import Ticker
 
 
-def nothing(*_arguments: Any) -> None:
-    """Nobody listens."""
-
-
-class OrganPhysSimulationLogic(ScriptedLoadableModuleLogic):
+class OrganPhysSimulationLogic(SimulationEdits, SimulationFiles, ScriptedLoadableModuleLogic):
     """At most one simulation at a time: ``session``, None before it is prepared and after it is closed.
 
     ``onFrame``, ``onStopped(reason)``: called after every shown frame, and when stepping stopped by itself.
@@ -57,8 +49,8 @@ class OrganPhysSimulationLogic(ScriptedLoadableModuleLogic):
         self.moduleName = "OrganPhysSimulation"  # the parameter node carries it, whatever the class is called
         self.session: SimulationSession | None = None
         self.fineness: dict[str, int] = {}
-        self.onFrame: Callable[[], None] = nothing
-        self.onStopped: Callable[[str], None] = nothing
+        self.onFrame: Callable[[], None] = nobody
+        self.onStopped: Callable[[str], None] = nobody
         self._work: Background | None = None
         self._ticker = Ticker(self._framed, self._failed)
         self._guard: SceneGuard | None = None
@@ -196,99 +188,6 @@ class OrganPhysSimulationLogic(ScriptedLoadableModuleLogic):
     def reset(self) -> None:
         """Back to the beginning."""
         self._needed().reset()
-
-    # edits
-
-    def setJoints(self, joints: Sequence[float], *, jawDeg: float) -> None:
-        """Send the arm to joints: yaw, pitch (rad), insertion (m), roll, wrist pitch, wrist yaw (rad)."""
-        self._needed().aim_joints(np.asarray(joints, dtype=float), jawDeg)
-
-    def setTissue(self, tissue: str = "", youngsKpa: float = 0.0) -> None:
-        """Another tissue, or another stiffness in kPa, from now on; undo and recording begin anew."""
-        live = self._needed().live
-        live.set_tissue(tissue_of(tissue, youngsKpa, live.prepared.organ.name))
-
-    def setGravity(self, direction: Sequence[float] | None) -> None:
-        """Standard gravity along a direction (3,) of the scene, None: none."""
-        live = self._needed().live
-        live.set_options(with_gravity(live.options, None if direction is None else np.asarray(direction, dtype=float)))
-
-    def setPins(
-        self,
-        pinsNode: Any,
-        boxNode: Any = None,
-        *,
-        radiusMm: float = 20.0,
-        onDone: Callable[[], None] | None = None,
-        onFailed: Callable[[Exception], None] = nothing,
-    ) -> None:
-        """Other pins from now on, computed here (``onDone`` None) or beside the window while the stepping rests."""
-        session = self._needed()
-        pins = pins_of(pinsNode, boxNode, radiusMm, session.T_world_sim)
-        surface = session.live.prepared.body.samples.vertices
-        pins = holding(pins, surface, of_box=balls_in(boxNode))
-
-        def exchange() -> None:
-            session.live.mark()
-            session.live.set_pins(pins)
-
-        if onDone is None:
-            exchange()
-            session.show_pins(True)
-            return
-        was_running, speed = self.running, self._ticker.speed
-        self.pause()
-
-        def resumed(call: Callable[..., None], *arguments: Any) -> None:
-            if self.session is session:
-                session.show_pins(True)
-                if was_running:
-                    self._ticker.speed = speed
-                    self._ticker.start(session)
-                call(*arguments)
-
-        done, failed = onDone, onFailed
-        self._in_background(exchange, lambda _: resumed(done), lambda error: resumed(failed, error))
-
-    def followTrajectory(self, path: str | Path) -> list[str]:
-        """Let the tool follow a trajectory file (.csv, .json) from now on; warnings, e.g. about joint limits."""
-        session = self._needed()
-        live = session.live
-        tool_path = ToolPath.of(read_trajectory(path), live.prepared.organ, live.time_s)
-        reach = reachable(live.psm, tool_path.trajectory, near=live.arm.joints)
-        session.path = tool_path
-        return [notice.message for notice in reach.notices()]
-
-    def warnings(self) -> list[str]:
-        """What the user should know about the simulation as it is, in plain words."""
-        return self._needed().live.warnings()
-
-    # recording and files
-
-    def startRecording(self) -> None:
-        """Record every shown frame into sequence nodes."""
-        session = self._needed()
-        if session.recorder is None:
-            session.start_recording()
-
-    def stopRecording(self) -> Any:
-        """The sequence browser of the recording, None if nothing was recorded."""
-        session = self._needed()
-        recorder, session.recorder = session.recorder, None
-        return None if recorder is None else recorder.finish()
-
-    def export(self, what: str, path: str | Path) -> str:
-        """Write a file: "surface" (.stl, .ply, .vtp; RAS mm), "splat" (.ply) or "recording" (.npz); its path."""
-        session = self._needed()
-        if what == "surface":
-            export_surface(session.surface.node, session.frame, path)
-        elif what == "splat":
-            export_splat(session.live, session.splat, path)
-        elif what == "recording":
-            export_recording(session.live, path)
-        else:
-            raise InputError(f"export: expected surface, splat or recording, got {what!r}")
-        return str(path)
 
     # inner
 

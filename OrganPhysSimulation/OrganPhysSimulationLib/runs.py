@@ -12,14 +12,14 @@ from organphys.points.gaussians import Gaussians
 from organphys.simulation.instruments import instrument_named
 from organphys.simulation.options import SimulationOptions
 from organphys.simulation.organ_body import metres_per_unit
-from organphys.simulation.pins import Pin
+from organphys.simulation.pins import AnyPin
 from organphys.simulation.psm import Psm
 from organphys.simulation.psm_trocar import default_trocar
 
 from .engine.live_simulation import LiveSimulation
 from .engine.preparation import prepare
 from .inputs.organ_input import organ_of, splat_of_organ
-from .inputs.pins_input import balls_in, holding, pins_of
+from .inputs.pins_input import holding, pins_of
 from .inputs.splat_input import gaussians_of_node
 from .inputs.suggested_pins import some_vertices
 from .inputs.tissue_input import tissue_of
@@ -30,12 +30,11 @@ FINEST = 1e-3  # m between contact samples, unless the jaws are thinner than twi
 
 @dataclass(frozen=True)
 class StartInputs:
-    """Everything a simulation is made of, free of nodes. ``box_balls``: how many of the last pins come from a box."""
+    """Everything a simulation is made of, free of nodes."""
 
     organ: RegisteredOrgan
     gaussians: Gaussians | None
-    pins: tuple[Pin, ...]
-    box_balls: int
+    pins: tuple[AnyPin, ...]
     tissue: Tissue
     psm: Psm
     options: SimulationOptions
@@ -49,7 +48,7 @@ class StartInputs:
         surface = self.organ.scene_vertices * metres_per_unit(self.organ)
         prepared = prepare(
             self.organ,
-            pins=holding(self.pins, surface, of_box=self.box_balls),
+            pins=holding(self.pins, surface),
             tissue=self.tissue,
             gaussians=self.gaussians,
             sample_spacing=spacing,
@@ -87,7 +86,6 @@ def gathered(
         organ=organ,
         gaussians=None if splat is None else gaussians_of_node(splat),
         pins=pins_of(pins, box, pin_radius_mm, matrix),
-        box_balls=balls_in(box),
         tissue=tissue_of(tissue, youngs_kpa, organ.name),
         psm=Psm(row, default_trocar(surface, instrument=row)),
         options=options if gravity is None else replace(options, gravity=gravity),

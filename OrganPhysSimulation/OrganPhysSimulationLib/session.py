@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from organphys.ground.checks import Array
-from organphys.simulation.pins import Pin
+from organphys.simulation.pins import AnyPin
 
 from .choices import Colouring
 from .engine.live_simulation import DT, LiveSimulation
@@ -113,7 +113,7 @@ class SimulationSession:
             self.splat_view.follow(live.followers.binding, live.body, z)
 
     @property
-    def pins(self) -> tuple[Pin, ...]:
+    def pins(self) -> tuple[AnyPin, ...]:
         return self.live.body.pins
 
     @property

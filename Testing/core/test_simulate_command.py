@@ -2,6 +2,7 @@
 
 import json
 import re
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from organphys.pipeline.command_line import main
 from organphys.readers.gaussian_ply import read_gaussians
 from organphys.readers.pins_file import read_pins
 from organphys.readers.trajectory_file import read_trajectory
+from organphys.simulation.organ_body import metres_per_unit
 from organphys.simulation.session import replay
 
 SMALL = ("--handles", "6", "--quadrature", "150", "--fps", "10")
@@ -152,6 +154,9 @@ def test_a_trajectory_is_followed_and_what_cannot_be_is_told(folder: Path, tmp_p
         (["--fps", "0", "--trajectory", "LONG"], "--fps"),
         (["--pins", "0,0,0"], "no tissue within"),
         (["--pins", "NONE"], "no such file"),
+        (["--trocar", "1,2"], "--trocar"),
+        (["--trocar", "9999,0,0"], "bring it nearer"),
+        (["--video", "mp4"], "ffmpeg is not on the PATH"),
         (["--splat-frames", "3"], "together with --splat"),
         (["--device", "cuda"], "name one with --splat"),
         (["--quadrature", "3"], "--quadrature"),
@@ -159,7 +164,8 @@ def test_a_trajectory_is_followed_and_what_cannot_be_is_told(folder: Path, tmp_p
         (["--trajectory", "LONG"], "more than 100000 steps"),
     ],
 )
-def test_bad_input_leaves_one_line_and_no_folder(folder, tmp_path, capsys, options, message) -> None:
+def test_bad_input_leaves_one_line_and_no_folder(folder, tmp_path, capsys, monkeypatch, options, message) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))  # no ffmpeg
     nan = trajectory(tmp_path / "nan.csv", "0,nan,0,0,10,0,0,-1")
     long = trajectory(tmp_path / "long.csv", "0,0,0,0,10,0,0,-1", "99999,0,0,0,10,0,0,-1")
     words = [{"NAN": nan, "LONG": long}.get(word, word) for word in options]
@@ -213,6 +219,39 @@ def test_pins_have_their_own_radius_or_the_common_one(folder: Path, tmp_path: Pa
     bad.write_text((folder / "pins.mrk.json").read_text().replace("r=15", "r=0"))
     with pytest.raises(InputError, match="radius of 0"):
         read_pins(bad)
+
+
+def test_the_instrument_enters_where_it_is_told_and_an_organ_without_pins_is_told(folder, tmp_path, capsys) -> None:
+    x, y, z = CENTRE_MM
+    path = trajectory(tmp_path / "t.csv", f"0,{x},{y},{z + 60},10,0,0,-1", f"0.1,{x},{y},{z + 55},10,0,0,-1")
+    argv = ["simulate", str(folder / "organ.organphys"), *SMALL, "--trajectory", str(path), "--quiet"]
+    trocar_mm = np.array([x + 20.0, y + 10.0, z + 150.0])
+    where = ",".join(f"{value:g}" for value in trocar_mm)
+    assert main([*argv, "--trocar", where, "--out", str(tmp_path / "run")]) == 0
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    organ = bent_organ()
+    expected = metres_per_unit(organ) * organ.T_scene_ct.apply(trocar_mm)
+    assert np.allclose(summary["trocar_m"], expected, atol=1e-9)
+    assert next(w["message"] for w in summary["warnings"] if w["code"] == "unpinned").endswith("--pins holds it")
+
+
+def test_mp4_goes_through_ffmpeg_where_it_is(tmp_path, monkeypatch) -> None:
+    images = [np.full((21, 31, 3), 60 * k, np.uint8) for k in range(4)]
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(InputError, match="ffmpeg is not on the PATH"):
+        write_animation(tmp_path / "none.mp4", images, fps=20, format="mp4")
+    program = tmp_path / "ffmpeg"  # writes what it was told and given
+    lines = ["#!" + sys.executable, "import sys", "out = open(sys.argv[-1], 'wb')"]
+    lines += ["out.write(' '.join(sys.argv).encode() + sys.stdin.buffer.read())"]
+    program.write_text("\n".join(lines))
+    program.chmod(0o755)
+    write_animation(tmp_path / "film.mp4", images, fps=20, format="mp4")
+    content = (tmp_path / "film.mp4").read_bytes()
+    assert b"-s 30x20 -r 20" in content and content.endswith(images[-1][:20, :30].tobytes())
+    program.write_text("\n".join([lines[0], "import sys", "sys.exit('no such encoder')"]))
+    with pytest.raises(InputError, match="no such encoder"):
+        write_animation(tmp_path / "bad.mp4", images, fps=20, format="mp4")
+    assert not (tmp_path / "bad.mp4").exists()
 
 
 @pytest.mark.parametrize("format", ["webp", "gif", "png"])

@@ -6,12 +6,13 @@ from scipy.spatial import cKDTree
 from simulation_examples import BOTTOM, SIZE, TISSUE, box_body, box_grid, box_surface
 
 from organphys.ground.checks import InputError
+from organphys.ground.frames import rotation_about
 from organphys.simulation import local_following
 from organphys.simulation.contact_samples import contact_samples
 from organphys.simulation.local_detail import LocalDetail, with_detail
 from organphys.simulation.local_following import detail_state, followed
 from organphys.simulation.local_functions import LocalFunctions
-from organphys.simulation.pins import Pin
+from organphys.simulation.pins import BoxPin, Pin
 from organphys.simulation.quadrature import cell_quadrature
 from organphys.simulation.rest_shape import rest_shape
 from organphys.simulation.state import BodyState, Touch
@@ -164,3 +165,21 @@ def test_pins_that_hold_nothing_and_bad_volumes_are_refused():
         rest_shape(box_grid(SIZE, 0.01), np.ones(3), *box_surface(SIZE, 0.01))
     with pytest.raises(InputError, match="pin radius"):
         Pin((0, 0, 0), 0.0)
+
+
+def test_a_box_pin_holds_what_is_in_the_box():
+    turn = rotation_about(np.array([0.0, 0.0, 1.0]), 0.5)
+    box = BoxPin((0.05, 0.02, 0.02), tuple(map(tuple, turn)), (0.06, 0.02, 0.1), 1000.0)
+    body = box_body(box)
+    everything = np.concatenate([body.shape.points, body.samples.points])
+    local = (everything - [0.05, 0.02, 0.02]) @ turn.T
+    inside = (np.abs(local) <= [0.03, 0.01, 0.05]).all(1)
+    assert 0 < inside.sum() < len(everything)
+    assert np.array_equal(body.held_points, everything[inside])
+    assert body.springs.sum() == pytest.approx(1000.0)
+    corner = np.array([[0.03, 0.01, 0.05]]) + [[0.003, 0.004, 0.0]]
+    assert box.distances(corner @ turn + [0.05, 0.02, 0.02]) == pytest.approx(0.005)
+    with pytest.raises(InputError, match="no tissue within its 10 x 10 x 10 mm"):
+        body.with_pins(BoxPin((1.0, 0.0, 0.0), ((1, 0, 0), (0, 1, 0), (0, 0, 1)), (0.01, 0.01, 0.01)))
+    with pytest.raises(InputError, match="right angles"):
+        BoxPin((0.0, 0.0, 0.0), ((1, 0, 0), (1, 0, 0), (0, 0, 1)), (0.01, 0.01, 0.01))

@@ -22,6 +22,7 @@ from OrganPhysRegistrationLib.inputs.splat_node import load_splat
 from OrganPhysSimulationLib.logic import OrganPhysSimulationLogic
 from OrganPhysSimulationLib.outputs.recorder import frame_count, recordings, show_frame
 from OrganPhysSimulationLib.roles import ROLE, find
+from OrganPhysSimulationLib.views import gaussian_actor
 
 
 @pytest.fixture
@@ -74,6 +75,17 @@ def test_grasp_and_lift_carries_surface_and_splat(logic, session, view_png):
     assert 0.05 < red < 0.6  # the organ's Gaussians are drawn, before those of the wall
 
 
+@pytest.mark.parametrize("kind", ["points", "balls", "ellipsoids"])
+def test_the_splat_is_drawn_with_what_vtk_has(logic, session, view_png, monkeypatch, kind):
+    monkeypatch.setattr(gaussian_actor, "drawn_as", lambda: kind)
+    session.show_splat(True)
+    view = slicer.app.layoutManager().threeDWidget(0)
+    view.view.window.SetSize(300, 220)
+    look_from_endoscope(session.splat, view.mrmlViewNode())
+    picture = np.asarray(Image.open(view_png(f"simulation_{kind}", fit=False)).convert("RGB")).astype(int)
+    assert 0.03 < (picture[..., 0] > picture[..., 2] + 60).mean() < 0.6
+
+
 def test_undo_and_reset_go_back(logic, session):
     logic.setJoints(session.live.joints_at_contact(), jawDeg=30)
     logic.step(15)
@@ -120,7 +132,11 @@ def test_pins_hold_and_can_be_changed(logic, nodes, session):
     box.SetCenterWorld(-50, 150, 0)
     box.SetSizeWorld(30, 60, 60)
     logic.setPins(None, box)
-    assert 1 <= len(session.pins) <= 16
+    held = session.live.body.held_points  # m along the scene's axes
+    (pin,) = session.pins
+    assert pin.distances(held).max() == 0 and pin.sides == pytest.approx((0.03, 0.06, 0.06))
+    inside = [pin.distances(part) == 0 for part in (session.live.body.shape.points, session.live.body.samples.points)]
+    assert len(held) == sum(int(part.sum()) for part in inside)  # all tissue in the box, and no other
     assert logic.warnings() == []
     box.SetCenterWorld(500, 0, 0)
     with pytest.raises(InputError, match="no tissue in it"):

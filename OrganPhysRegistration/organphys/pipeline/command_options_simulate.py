@@ -23,6 +23,11 @@ def add_simulate(commands: Any) -> None:
     parser.add_argument("--out", required=True, metavar="DIR", help="folder for the results; made if it is missing")
     parser.add_argument("--trajectory", metavar="FILE", help="tool poses over time: .csv or .json")
     parser.add_argument("--instrument", choices=INSTRUMENTS, default=INSTRUMENTS[0], help=f"default: {INSTRUMENTS[0]}")
+    parser.add_argument(
+        "--trocar",
+        metavar="X,Y,Z",
+        help="where the instrument enters, CT RAS mm (default: beside the line of sight, in reach of the organ)",
+    )
     _add_body(parser)
     parser.add_argument(
         "--gravity",
@@ -49,8 +54,8 @@ def add_simulate(commands: Any) -> None:
         "--video",
         nargs="?",
         const="webp",
-        choices=("webp", "gif", "png"),
-        help="an animation: webp (default), gif, png",
+        choices=("webp", "gif", "png", "mp4"),
+        help="an animation: webp (default), gif, png, or mp4 where ffmpeg is installed",
     )
     _add_quiet(parser)
 

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from ..asset.asset_file import load_asset
+from ..asset.registered_organ import RegisteredOrgan
+from ..exports.animation import ffmpeg
 from ..exports.splat_frames import FollowingSplat, frame_name
 from ..ground.checks import Array, InputError
 from ..ground.progress import Progress
@@ -19,6 +21,7 @@ from ..simulation.local_detail import LocalDetail
 from ..simulation.options import SimulationOptions, gravity_along
 from ..simulation.organ_body import metres_per_unit, scene_direction
 from ..simulation.psm import Psm, default_trocar
+from ..simulation.psm_trocar import trocar_at
 from .default_grasp import default_grasp, far_side_pin
 from .output_folder import whole_or_nothing
 from .processor import one_blas_thread
@@ -36,6 +39,8 @@ def run(arguments: argparse.Namespace) -> None:
     every = arguments.splat_frames
     if every is not None and (arguments.splat is None or every < 1):
         raise InputError("--splat-frames: expected a number of at least 1, together with --splat FILE")
+    if arguments.video == "mp4":
+        ffmpeg()  # told before the work, not after it
     with shown_progress(quiet=arguments.quiet) as progress, whole_or_nothing(arguments.out) as folder:
         plan, splat = prepared(arguments, progress)
         view = SimulationView(plan, splat, video=arguments.video is not None)
@@ -66,7 +71,7 @@ def prepared(arguments: argparse.Namespace, progress: Progress) -> tuple[Simulat
     progress("build the reduced model", 0.0)
     camera = camera_of(organ) * metres_per_unit(organ)
     body = body_from_options(organ, arguments, otherwise=() if trajectory else (far_side_pin(organ, camera),))
-    psm = arm_over(body, arguments.instrument, camera)
+    psm = arm_over(body, arguments.instrument, camera, trocar=trocar_of(organ, arguments.trocar))
     trajectory = default_grasp(body, camera, psm.rcm) if trajectory is None else trajectory
     detail = LocalDetail() if arguments.detail else None
     plan = simulation_plan(organ, body, psm, trajectory, fps=arguments.fps, options=options, detail=detail)
@@ -88,21 +93,40 @@ def device_of(arguments: argparse.Namespace) -> str | None:
     return str(arguments.device)
 
 
-def arm_over(body: Body, instrument: str, camera: Array) -> Psm:
-    """The arm with its trocar beside the camera, so that the organ's middle is well within its reach."""
-    row = instrument_named(instrument)
-    return Psm(row, default_trocar(body.samples.vertices, camera=camera, instrument=row))
+def arm_over(body: Body, instrument: str, camera: Array, *, trocar: Array | None = None) -> Psm:
+    """The arm with its trocar there (3,) m; None: beside the camera, the organ's middle well within its reach."""
+    row, vertices = instrument_named(instrument), body.samples.vertices
+    if trocar is not None:
+        return Psm(row, trocar_at(trocar, vertices, instrument=row))
+    return Psm(row, default_trocar(vertices, camera=camera, instrument=row))
+
+
+def trocar_of(organ: RegisteredOrgan, text: str | None) -> Array | None:
+    """``X,Y,Z`` in CT RAS mm as a place (3,) of the simulation's scene, m."""
+    if text is None:
+        return None
+    numbers = numbers_of(text)
+    if numbers is None:
+        raise InputError(f"--trocar: expected a place X,Y,Z in CT RAS mm, say 20,80,150, got {text!r}")
+    place: Array = metres_per_unit(organ) * organ.T_scene_ct.apply(numbers)
+    return place
 
 
 def direction_of(text: str) -> Array:
     """``X,Y,Z`` as a direction (3,)."""
+    values = numbers_of(text)
+    if values is None or not values.any():
+        raise InputError(f"--gravity: expected a direction X,Y,Z in CT axes, say 0,-1,0, got {text!r}")
+    return values
+
+
+def numbers_of(text: str) -> Array | None:
+    """``X,Y,Z`` as numbers (3,); None if it is nothing of the kind."""
     try:
         values = np.array([float(part) for part in text.split(",")])
     except ValueError:
-        values = np.zeros(0)
-    if values.shape != (3,) or not np.isfinite(values).all() or not values.any():
-        raise InputError(f"--gravity: expected a direction X,Y,Z in CT axes, say 0,-1,0, got {text!r}")
-    return values
+        return None
+    return values if values.shape == (3,) and np.isfinite(values).all() else None
 
 
 def told(plan: SimulationPlan, log: SimulationLog, folder: str) -> str:

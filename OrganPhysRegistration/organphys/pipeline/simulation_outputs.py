@@ -18,6 +18,7 @@ from ..ground.atomic_file import write_text
 from ..ground.notices import Notice
 from ..ground.plain_json import dump
 from ..simulation.organ_body import metres_per_unit
+from ..simulation.pins import AnyPin, Pin
 from ..simulation.psm_trajectory import tip_trajectory
 from ..simulation.session import Recording
 from .simulation_plan import SimulationPlan
@@ -66,6 +67,13 @@ def notices_of(plan: SimulationPlan, log: SimulationLog) -> Sequence[Notice]:
     return (*plan.notices, *log.notices)
 
 
+def _told(pin: AnyPin) -> dict[str, Any]:
+    told: dict[str, Any] = {"centre_m": pin.centre, "stiffness_n_m": pin.stiffness}
+    if isinstance(pin, Pin):
+        return told | {"radius_m": pin.radius}
+    return told | {"sides_m": pin.sides, "axes": pin.axes}
+
+
 def summary(plan: SimulationPlan, log: SimulationLog) -> dict[str, Any]:
     """What summary.json says: every number with its unit in its name."""
     body = plan.scene.bodies[0]
@@ -82,7 +90,7 @@ def summary(plan: SimulationPlan, log: SimulationLog) -> dict[str, Any]:
         },
         "instrument": plan.psm.instrument.name,
         "trocar_m": plan.psm.rcm,
-        "pins": [{"centre_m": pin.centre, "radius_m": pin.radius, "stiffness_n_m": pin.stiffness} for pin in body.pins],
+        "pins": [_told(pin) for pin in body.pins],
         "gravity_m_s2": plan.scene.options.gravity,
         "steps": len(log.time_s) - 1,
         "dt_s": plan.dt,

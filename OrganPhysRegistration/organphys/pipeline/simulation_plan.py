@@ -56,7 +56,7 @@ def simulation_plan(
     tips = tips.resampled(tips.times[0] + np.arange(steps + 1) / fps)
     reach = reachable(psm, tips)
     scene = Scene((body,), (psm.tool(),), options)
-    notices = (*_tissue(body), *scene.notices(), *reach.notices(), *_inside(scene, reach.poses[0]))
+    notices = (*_tissue(body), *scene.notices(), *_adrift(scene), *reach.notices(), *_inside(scene, reach.poses[0]))
     return SimulationPlan(organ, scene, psm, reach.poses, 1 / fps, notices, detail)
 
 
@@ -77,6 +77,14 @@ def _tissue(body: Body) -> tuple[Notice, ...]:
         return ()
     text = f"{body.name} is simulated as generic soft tissue ({GENERIC.youngs_pa:g} Pa); --tissue names an organ's own"
     return (Notice("generic_tissue", text),)
+
+
+def _adrift(scene: Scene) -> tuple[Notice, ...]:
+    body = scene.bodies[0]
+    if body.held.any() or scene.options.felt_gravity.any():  # with gravity the scene says it
+        return ()
+    text = f"{body.name} has no pins: nothing holds it, the instrument pushes all of it away; --pins holds it"
+    return (Notice("unpinned", text),)
 
 
 def _inside(scene: Scene, pose: ToolPose) -> tuple[Notice, ...]:

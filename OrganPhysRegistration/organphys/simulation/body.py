@@ -14,7 +14,7 @@ from ..ground.checks import Array
 from ..mechanics.tissue import GENERIC, Tissue
 from .contact_samples import ContactSamples
 from .local_cells import RefinedCells, within
-from .pins import Pin, spring_matrix
+from .pins import AnyPin, spring_matrix
 from .quadrature import Quadrature
 from .rest_shape import RestShape
 from .sample_basis import SampleBasis
@@ -36,7 +36,7 @@ class Body:
     held: Array
     held_points: Array
     springs: Array
-    pins: tuple[Pin, ...] = ()
+    pins: tuple[AnyPin, ...] = ()
     name: str = "organ"
     plain: Body | None = None
 
@@ -151,12 +151,14 @@ class Body:
         plain = None if self.plain is None else self.plain.with_tissue(tissue)
         return replace(self, tissue=tissue, strain=replace(self.strain, material=tissue.material), plain=plain)
 
-    def with_pins(self, *pins: Pin) -> Body:
+    def with_pins(self, *pins: AnyPin) -> Body:
         """This body held by these pins only, on a basis made for them: bring states over with ``transferred``."""
         return build_body(self.shape, pins=pins, tissue=self.tissue, name=self.name)
 
 
-def build_body(shape: RestShape, *, pins: tuple[Pin, ...] = (), tissue: Tissue = GENERIC, name: str = "organ") -> Body:
+def build_body(
+    shape: RestShape, *, pins: tuple[AnyPin, ...] = (), tissue: Tissue = GENERIC, name: str = "organ"
+) -> Body:
     """The body of ``shape`` held by ``pins``."""
     return replace(held_body(shape, *shape.pinned(pins), tissue=tissue, name=name), pins=pins)
 

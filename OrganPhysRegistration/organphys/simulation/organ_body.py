@@ -9,7 +9,7 @@ from ..asset.registered_organ import RegisteredOrgan
 from ..ground.checks import Array, as_vector
 from ..mechanics.tissue import Tissue, tissue_for
 from .body import Body, build_body
-from .pins import Pin
+from .pins import AnyPin
 from .rest_shape import rest_shape
 
 
@@ -21,7 +21,7 @@ def metres_per_unit(organ: RegisteredOrgan) -> float:
 def organ_body(
     organ: RegisteredOrgan,
     *,
-    pins: tuple[Pin, ...] = (),
+    pins: tuple[AnyPin, ...] = (),
     tissue: Tissue | None = None,
     handles: int = 20,
     quadrature: int = 2000,

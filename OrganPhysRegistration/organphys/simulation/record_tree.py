@@ -26,7 +26,7 @@ from .elastic_modes import ModeSpace
 from .local_detail import LocalDetail
 from .local_functions import LocalFunctions
 from .options import SimulationOptions
-from .pins import Pin
+from .pins import BoxPin, Pin
 from .quadrature import Cells, Quadrature
 from .rest_shape import RestShape
 from .sample_basis import SampleBasis
@@ -41,7 +41,7 @@ from .tools import Jaws, Part, Tool
 RECORDS: dict[str, type[Any]] = {
     record.__name__: record
     for record in (
-        *(Body, BodyState, Capsule, Cells, ContactSamples, GridShape, GridSpline, Grip, Jaws, LocalColumns),
+        *(Body, BodyState, BoxPin, Capsule, Cells, ContactSamples, GridShape, GridSpline, Grip, Jaws, LocalColumns),
         *(LocalDetail, LocalFunctions, LogNeoHookean, ModeSpace, Normalisation, Part, Pin, PinEdit, Quadrature),
         *(ReproducingKernel, RestShape, RkpmWeights, Scene, SceneState, SimulationBasis, SimulationOptions, Snapshot),
         *(StrainEnergy, Tissue, Tool, ToolPose, Touch),

@@ -16,7 +16,7 @@ from ..ground.frames import Normalisation
 from ..mechanics.tissue import GENERIC, Tissue
 from .contact_samples import ContactSamples, contact_samples
 from .elastic_modes import ModeSpace, mode_space
-from .pins import Pin, pinned_points
+from .pins import AnyPin, pinned_points
 from .quadrature import Cells, Quadrature, cell_quadrature
 from .simulation_basis import SimulationBasis
 
@@ -44,7 +44,7 @@ class RestShape:
         """Signed distance to the surface at rest, m."""
         return SurfaceDistance(self.samples.vertices, self.samples.faces)
 
-    def pinned(self, pins: tuple[Pin, ...]) -> tuple[Array, Array]:
+    def pinned(self, pins: tuple[AnyPin, ...]) -> tuple[Array, Array]:
         """Rest positions (k, 3) m that the pins hold and their springs (k,) N/m."""
         return pinned_points(pins, np.concatenate([self.points, self.samples.points]))
 

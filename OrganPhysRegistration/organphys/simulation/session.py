@@ -11,7 +11,7 @@ from .factor import FactorCache
 from .local_detail import LocalDetail, prepare
 from .local_following import followed
 from .options import SimulationOptions
-from .pins import Pin
+from .pins import AnyPin
 from .scene import Scene
 from .state import BodyState, SceneState, ToolPose
 from .state_transfer import transferred
@@ -36,7 +36,7 @@ class PinEdit(NamedTuple):
     """The pins of a body, by its number, were exchanged."""
 
     body: int
-    pins: tuple[Pin, ...]
+    pins: tuple[AnyPin, ...]
 
 
 Event = Move | PinEdit | SimulationOptions
@@ -90,7 +90,7 @@ class Simulation:
             self._now = _followed(self._now, self._detail)
         return report
 
-    def set_pins(self, index: int, *pins: Pin) -> None:
+    def set_pins(self, index: int, *pins: AnyPin) -> None:
         """Body ``index`` is held by these pins from now on; it keeps its shape and speed."""
         if not 0 <= index < len(self.scene.bodies):
             raise InputError(f"body: expected a number from 0 to {len(self.scene.bodies) - 1}, got {index}")

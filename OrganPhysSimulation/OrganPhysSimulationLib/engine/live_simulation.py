@@ -12,7 +12,7 @@ from organphys.mechanics.tissue import Tissue
 from organphys.simulation.body import Body
 from organphys.simulation.local_detail import LocalDetail
 from organphys.simulation.options import SimulationOptions
-from organphys.simulation.pins import Pin
+from organphys.simulation.pins import AnyPin
 from organphys.simulation.psm import Psm
 from organphys.simulation.scene import Scene
 from organphys.simulation.session import Recording, Simulation
@@ -136,7 +136,7 @@ class LiveSimulation:
 
     # edits
 
-    def set_pins(self, pins: tuple[Pin, ...]) -> None:
+    def set_pins(self, pins: tuple[AnyPin, ...]) -> None:
         """Other pins from now on; takes seconds. InputError: one holds nothing, and the old ones stay."""
         self.simulation.set_pins(0, *pins)
         _ = self.followers

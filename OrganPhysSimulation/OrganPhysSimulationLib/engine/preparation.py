@@ -12,8 +12,8 @@ from organphys.mechanics.tissue import Tissue
 from organphys.points.gaussians import Gaussians
 from organphys.simulation.body import Body
 from organphys.simulation.organ_body import metres_per_unit, organ_body
-from organphys.simulation.pins import Pin
-from organphys.simulation.splat_binding import SplatBinding, bind_splat
+from organphys.simulation.pins import AnyPin
+from organphys.simulation.quick_splat import QuickSplat, quick_splat
 
 from .surface_motion import SurfaceMotion
 
@@ -23,12 +23,12 @@ class Followers:
     """What moves with a body: its surface and, if there is a splat, the Gaussians bound to it."""
 
     surface: SurfaceMotion
-    binding: SplatBinding | None
+    binding: QuickSplat | None
 
     @classmethod
     def of(cls, body: Body, gaussians: Gaussians | None, unit: float) -> Followers:
         """``unit``: metres per scene unit."""
-        binding = None if gaussians is None else bind_splat(body, gaussians, unit)
+        binding = None if gaussians is None else quick_splat(body, gaussians, unit)
         surface, z = SurfaceMotion.of(body), np.zeros((body.basis.size, 3))
         for first_time in (surface.normals, surface.stretch):  # their tables are made here, not in the first frame
             first_time(surface.rest + surface.displacement(body, z))
@@ -64,7 +64,7 @@ class Preparation:
 def prepare(
     organ: RegisteredOrgan,
     *,
-    pins: tuple[Pin, ...],
+    pins: tuple[AnyPin, ...],
     tissue: Tissue,
     gaussians: Gaussians | None,
     sample_spacing: float = 1e-3,

@@ -8,42 +8,33 @@ import numpy as np
 import slicer
 
 from organphys.ground.checks import Array, InputError
-from organphys.simulation.pins import Pin
+from organphys.simulation.pins import AnyPin, BoxPin, Pin
 from OrganPhysRegistrationLib.inputs.matrices import apply_matrix, array_of, scale_of
 
-STIFFNESS = 2e4  # N/m of a pinned region
-MOST_BALLS = 4  # along each side of a box
 
-
-def pins_of(points: Any, box: Any, radius_mm: float, T_world_sim: Array) -> tuple[Pin, ...]:
+def pins_of(points: Any, box: Any, radius_mm: float, T_world_sim: Array) -> tuple[AnyPin, ...]:
     """Pins in simulation metres; T_world_sim (4, 4): from simulation mm to world mm.
 
-    Every placed point of ``points`` holds the tissue within radius_mm of it; ``box`` is filled with balls. Either may
-    be None.
+    Every placed point of ``points`` holds the tissue within radius_mm of it, ``box`` what is in it. Either may be None.
     """
     T_sim_world = np.linalg.inv(T_world_sim)
     length = 1e-3 * scale_of(T_sim_world)
     places = [apply_matrix(T_sim_world, place) * 1e-3 for place in placed_points(points)]
-    pins = [Pin(tuple(place), radius_mm * length, STIFFNESS) for place in places]
-    for centre, radius in _balls(box):
-        pins.append(Pin(tuple(apply_matrix(T_sim_world, centre) * 1e-3), radius * length, STIFFNESS))
+    pins: list[AnyPin] = [Pin(tuple(place), radius_mm * length) for place in places]
+    placed = placed_box(box)
+    if placed is not None:
+        T_world_box, sides = placed
+        T_sim_box = T_sim_world @ T_world_box
+        axes = T_sim_box[:3, :3] / np.linalg.norm(T_sim_box[:3, :3], axis=0)
+        pins.append(BoxPin(tuple(1e-3 * T_sim_box[:3, 3]), tuple(map(tuple, axes.T)), tuple(length * sides)))
     return tuple(pins)
 
 
-def holding(pins: tuple[Pin, ...], points: Array, *, of_box: int = 0) -> tuple[Pin, ...]:
-    """The pins without those balls of the box (the last ``of_box``) that touch no tissue at points (N, 3) m.
-
-    InputError: none of the box's balls holds anything.
-    """
-    kept = [pin for pin in pins[len(pins) - of_box :] if _near(pin, points)]
-    if of_box and not kept:
+def holding(pins: tuple[AnyPin, ...], points: Array) -> tuple[AnyPin, ...]:
+    """The pins. InputError: one of them is a box without tissue at points (N, 3) m."""
+    if any(isinstance(pin, BoxPin) and pin.distances(points).min() > 0 for pin in pins):
         raise InputError("pin box: there is no tissue in it; move it onto the organ or clear it")
-    return (*pins[: len(pins) - of_box], *kept)
-
-
-def balls_in(box: Any) -> int:
-    """How many pins a box gives."""
-    return len(_balls(box))
+    return pins
 
 
 def placed_points(node: Any) -> list[Array]:
@@ -63,20 +54,3 @@ def placed_box(box: Any) -> tuple[Array, Array] | None:
     stretch = np.linalg.norm(matrix[:3, :3], axis=0)
     matrix[:3, :3] /= stretch
     return matrix, stretch * np.array(box.GetSize())
-
-
-def _near(pin: Pin, points: Array) -> bool:
-    return bool((((points - np.array(pin.centre)) ** 2).sum(1) <= pin.radius**2).any())
-
-
-def _balls(box: Any) -> list[tuple[Array, float]]:
-    """Centres (3,) and radius, world mm, of balls that fill a box about evenly."""
-    placed = placed_box(box)
-    if placed is None:
-        return []
-    turn, size = placed
-    counts = np.clip(np.ceil(size / size.min()), 1, MOST_BALLS).astype(int)
-    cell = size / counts
-    steps = [(np.arange(n) + 0.5) * c - s / 2 for n, c, s in zip(counts, cell, size, strict=True)]
-    offsets = np.stack(np.meshgrid(*steps, indexing="ij"), -1).reshape(-1, 3)
-    return [(apply_matrix(turn, offset), 0.5 * float(cell.max())) for offset in offsets]

@@ -9,7 +9,7 @@ from slicer.i18n import tr as _
 
 from OrganPhysRegistrationLib.panel.section import Section, guarded
 
-from ..views.gaussian_actor import anisotropic
+from ..views.gaussian_actor import drawn_as
 
 
 class DisplaySection(Section):
@@ -26,9 +26,13 @@ class DisplaySection(Section):
         session, parameters, ui = self.panel.logic.session, self.panel.parameters, self.ui
         ui.showSplatCheck.enabled = parameters.splat is not None
         version = vtk.vtkVersion.GetVTKVersion()
-        note = _("VTK {version} draws Gaussians round; with VTK 9.4 or later they have their shapes.")
-        ui.displayNote.text = "" if anisotropic() else note.format(version=version)
-        ui.displayNote.visible = not anisotropic()
+        notes = {
+            "ellipsoids": "",
+            "balls": _("VTK {version} draws Gaussians round; with VTK 9.4 or later they have their shapes."),
+            "points": _("VTK {version} has no mapper for Gaussians: they are drawn as points."),
+        }
+        ui.displayNote.text = notes[drawn_as()].format(version=version)
+        ui.displayNote.visible = bool(ui.displayNote.text)
         self._apply(session)
 
     @guarded

@@ -1,4 +1,7 @@
-"""Gaussians in one render window: VTK's point Gaussian mapper, fed from far to near for that view's camera."""
+"""Gaussians in one render window: VTK's point Gaussian mapper, fed from far to near for that view's camera.
+
+A VTK without that mapper draws plain points of one size.
+"""
 
 from __future__ import annotations
 
@@ -17,9 +20,15 @@ REACH = 3.0  # standard deviations to which a Gaussian is drawn
 MOVED = 0.02  # change of the viewing direction (sine) from which on the order is renewed
 
 
-def anisotropic() -> bool:
-    """Whether VTK (9.4 and later) draws Gaussians with three axes; else they are round."""
-    return hasattr(vtk.vtkPointGaussianMapper, "AnisotropicOn")
+POINT_SIZE = 4.0  # pixels, where only points can be drawn
+
+
+def drawn_as() -> str:
+    """What this VTK can draw: "ellipsoids" (9.4 and later), "balls" or "points"."""
+    mapper = getattr(vtk, "vtkPointGaussianMapper", None)
+    if mapper is None:
+        return "points"
+    return "ellipsoids" if hasattr(mapper, "AnisotropicOn") else "balls"
 
 
 class GaussianActor:
@@ -31,7 +40,9 @@ class GaussianActor:
         self._direction = np.zeros(3)
         self._poly.SetVerts(cells(self._order[:, None]))
         self.actor = vtk.vtkActor()
-        self.actor.SetMapper(self._mapper())
+        self._kind = drawn_as()
+        self.actor.SetMapper(self._point_mapper() if self._kind == "points" else self._mapper())
+        self.actor.GetProperty().SetPointSize(POINT_SIZE)
         self.actor.GetProperty().SetLighting(False)
         self.actor.ForceOpaqueOn()  # ordered by us: blended without the view's depth peeling
         self.actor.PickableOff()
@@ -58,12 +69,13 @@ class GaussianActor:
         points = vtk.vtkPoints()
         points.SetData(_array("points", cloud.positions[order]))
         self._poly.SetPoints(points)
-        if anisotropic():
+        if self._kind == "ellipsoids":
             data.AddArray(_array("scale", cloud.deviations[order]))
             data.AddArray(_array("rotation", cloud.turns[order]))
-        else:  # the ball of the same volume
+        elif self._kind == "balls":  # of the same volume
             data.AddArray(_array("scale", np.cbrt(cloud.deviations[order].prod(axis=1))))
-        data.AddArray(_array("opacity", cloud.opacities[order]))
+        if self._kind != "points":
+            data.AddArray(_array("opacity", cloud.opacities[order]))
         data.AddArray(_array("colour", cloud.colours[order]))
         data.SetActiveScalars("colour")
         self._poly.Modified()
@@ -74,11 +86,20 @@ class GaussianActor:
         mapper.EmissiveOff()
         mapper.SetScaleArray("scale")
         mapper.SetScaleFactor(1.0)
-        if anisotropic():
+        if self._kind == "ellipsoids":
             mapper.AnisotropicOn()
             mapper.SetRotationArray("rotation")
             mapper.SetBoundScale(REACH)
         mapper.SetOpacityArray("opacity")
+        return self._coloured(mapper)
+
+    def _point_mapper(self) -> Any:
+        mapper = vtk.vtkPolyDataMapper()
+        mapper.SetInputData(self._poly)
+        return self._coloured(mapper)
+
+    @staticmethod
+    def _coloured(mapper: Any) -> Any:
         mapper.SetScalarModeToUsePointFieldData()
         mapper.SelectColorArray("colour")
         mapper.SetColorModeToDirectScalars()

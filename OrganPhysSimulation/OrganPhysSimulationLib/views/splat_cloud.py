@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from organphys.ground.checks import Array
 from organphys.simulation.body import Body
-from organphys.simulation.splat_binding import SplatBinding
+from organphys.simulation.quick_splat import QuickSplat
 from OrganPhysRegistrationLib.inputs.matrices import apply_matrix, scale_of
 
 from ..engine.covariance_axes import axes_of, turned
@@ -40,7 +40,7 @@ class SplatCloud:
         self.deviations: Single = np.float32(self._size) * self._scales
         self.turns: Single = turned(self._rotations, self._turn)
 
-    def follow(self, binding: SplatBinding, body: Body, z: Array) -> None:
+    def follow(self, binding: QuickSplat, body: Body, z: Array) -> None:
         """The bound Gaussians as they are at Z (n, 3) of ``body``."""
         drawn, here = self._drawn(binding)
         u, covariances = binding.frame(body, z)
@@ -55,7 +55,7 @@ class SplatCloud:
         depth = self.positions @ np.asarray(direction, dtype=np.float32)
         return np.argsort(-depth, kind="stable")
 
-    def _drawn(self, binding: SplatBinding) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def _drawn(self, binding: QuickSplat) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Rows of the binding that are drawn, and where they are among the drawn ones."""
         if getattr(self, "_bound", None) is not binding:
             _, drawn, here = np.intersect1d(binding.index, self._rows, assume_unique=True, return_indices=True)

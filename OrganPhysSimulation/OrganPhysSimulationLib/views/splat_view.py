@@ -10,7 +10,7 @@ import vtk
 
 from organphys.ground.checks import Array
 from organphys.simulation.body import Body
-from organphys.simulation.splat_binding import SplatBinding
+from organphys.simulation.quick_splat import QuickSplat
 from OrganPhysRegistrationLib.inputs.splat_node import T_shown_scene
 
 from ..inputs.splat_input import node_arrays, shown_rows
@@ -25,7 +25,7 @@ class SplatView:
         self._splat = splat
         self._cloud = SplatCloud(node_arrays(splat), shown_rows(splat))
         self._cloud.place(T_shown_scene(splat))
-        self._last: tuple[SplatBinding, Body, Array] | None = None
+        self._last: tuple[QuickSplat, Body, Array] | None = None
         self._actors: list[GaussianActor] = []
         self._tags: list[tuple[Any, int]] = []
         self._view_tags: list[tuple[Any, int]] = []
@@ -49,7 +49,7 @@ class SplatView:
         self._splat.GetDisplayNode().SetVisibility(False)
         self._refresh()
 
-    def follow(self, binding: SplatBinding | None, body: Body, z: Array) -> None:
+    def follow(self, binding: QuickSplat | None, body: Body, z: Array) -> None:
         """Show the splat as it is at Z (n, 3) of ``body``."""
         if binding is None:
             return
