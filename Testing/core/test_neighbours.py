@@ -33,13 +33,15 @@ except KeyboardInterrupt:
 """
 
 
-@pytest.mark.parametrize("count", [1, 3, 1000])
+@pytest.mark.parametrize("count", [1, 3, 1000, 5000])
 @pytest.mark.parametrize("options", [{}, {"k": 4}, {"k": [1]}, {"distance_upper_bound": 0.1}])
 def test_the_answer_is_the_trees(count: int, options: dict[str, object]) -> None:
     random = np.random.default_rng(0)
-    tree, points = cKDTree(random.normal(size=(500, 3))), random.normal(size=(count, 3))
-    for mine, its in zip(nearest_neighbours(tree, points, **options), tree.query(points, **options), strict=True):
-        np.testing.assert_array_equal(mine, its)
+    tree, scattered = cKDTree(random.normal(size=(500, 3))), random.normal(size=(count, 3))
+    one_place, in_a_row = np.zeros((count, 3)), np.sort(scattered, axis=0)
+    for points in (scattered, in_a_row, one_place):
+        for mine, its in zip(nearest_neighbours(tree, points, **options), tree.query(points, **options), strict=True):
+            np.testing.assert_array_equal(mine, its)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs an interval timer")

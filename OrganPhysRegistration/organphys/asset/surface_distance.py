@@ -88,7 +88,7 @@ class SurfaceDistance:
         edges = np.linalg.norm(self.vertices[self.faces[:, 0]] - self.vertices[self.faces[:, 1]], axis=1)
         cell = max(0.02 * float(np.ptp(self.vertices, axis=0).max()), float(np.median(edges)))
         thin = one_per_cell(self.vertices, cell)
-        gap, nearest = cKDTree(self.vertices[thin]).query(points)
+        gap, nearest = nearest_neighbours(cKDTree(self.vertices[thin]), points)
         vertex = thin[nearest]
         distance = np.where(_dot(points - self.vertices[vertex], self.normals[vertex]) < 0, 0.0, gap)
         near = np.flatnonzero(gap < 3 * cell)
