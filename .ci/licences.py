@@ -58,11 +58,11 @@ def licence_of(name: str) -> str | None:
         about = distribution(name).metadata
     except PackageNotFoundError:
         return None
-    if about["License-Expression"]:
-        return about["License-Expression"]
+    if about.get("License-Expression"):
+        return about.get("License-Expression")
     kinds = [c.split(" :: ")[-1] for c in about.get_all("Classifier", []) if c.startswith("License ::")]
     stated = [CLASSIFIERS.get(kind, kind) for kind in kinds if kind != "OSI Approved"]
-    line = (about["License"] or "").strip().splitlines()
+    line = (about.get("License") or "").strip().splitlines()
     return ", ".join(dict.fromkeys(stated)) or (line[0][:60] if line else None)
 
 

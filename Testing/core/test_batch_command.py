@@ -21,6 +21,7 @@ from batch_examples import FILE, cheap_case, noted, tiny_register_case, write_ta
 from organphys.ground.checks import InputError
 from organphys.pipeline import batch_cluster, commands_batch
 from organphys.pipeline.batch_folder import RECORD
+from organphys.pipeline.batch_table import read_batch
 from organphys.pipeline.command_line import build_parser, main
 from organphys.pipeline.sample_case import write_sample_case
 
@@ -142,12 +143,15 @@ def test_real_registrations(cluster: Any, tmp_path: Path, capsys: pytest.Capture
     assert "2 of 2 cases, 1 failed" in told.err
     files = {path.name for path in (tmp_path / "out" / "good").iterdir()}
     assert files == {"organ.organphys", "registration.json", "surface.vtp", "report.html", RECORD}
-    assert load_asset(tmp_path / "out" / "good" / "organ.organphys").mm_per_unit == pytest.approx(
-        case.mm_per_unit, 1e-4
-    )
+    asset = tmp_path / "out" / "good" / "organ.organphys"
+    assert load_asset(asset).mm_per_unit == pytest.approx(case.mm_per_unit, 1e-4)
     good = rows_told["good"]
     assert good["verdict"] in ("trust", "check") and 0 < float(good["splat to organ, nearest 70 % [mm]"]) < 5
     assert "77" in rows_told["no such label"]["error"]
+    same_here = tmp_path / "same"  # the same seed gives the same asset, byte for byte, in any process of a machine
+    same_here.mkdir()
+    tiny_register_case(read_batch(table)[0].arguments, same_here)
+    assert (same_here / asset.name).read_bytes() == asset.read_bytes()
 
 
 INTERRUPTED = """

@@ -68,7 +68,7 @@ def inside_map(found: Registration, points: Array) -> Array:
 
 @dataclass(frozen=True)
 class Base:
-    """A registration of a bent organ in a splat in cm, and where it maps points inside (N, 3), CT mm."""
+    """A registration of a rigid copy without noise, in a splat in cm, and points inside the organ (N, 3), CT mm."""
 
     organ: Organ
     points_mm: Array  # of the splat, camera frame
@@ -83,15 +83,15 @@ class Base:
 @pytest.fixture(scope="module")
 def base() -> Base:
     organ = bumpy_organ()
-    points = seen_from_camera(organ, deformation=bend, count=5000).points * MM_PER_UNIT
+    points = seen_from_camera(organ, noise_mm=0.0, count=5000).points * MM_PER_UNIT
     with tiny_problem():
         found = register(organ, cloud(points / 10.0), unit=SceneUnit(10.0))
     return Base(organ, points, organ.volume_points[::7], found)
 
 
-def test_the_base_is_a_registration(base: Base) -> None:
-    truth = MM_PER_UNIT * POSE.apply(bend(base.inside))
-    assert map_error(base.mapped_mm, truth, 1.0) < 3.0
+def test_a_rigid_copy_is_met_to_the_samples(base: Base) -> None:
+    """Pose and shape of all the organ, the unseen side too."""
+    assert map_error(base.mapped_mm, MM_PER_UNIT * POSE.apply(base.inside), 1.0) < 0.8
 
 
 def test_unit_order_faint_gaussians_and_a_shift_of_the_ct_change_nothing(base: Base) -> None:
@@ -128,15 +128,6 @@ def test_a_splat_moved_with_its_camera_gets_the_same_organ_moved_along(base: Bas
         found = register(base.organ, cloud(points), unit=unit, camera=camera)
     back_mm = T_MOVED_SCENE.inverse().apply(inside_map(found, base.inside)) * 10.0
     assert map_error(back_mm, base.mapped_mm, 1.0) < ALIKE_MM
-
-
-def test_a_rigid_copy_is_met_to_the_samples(base: Base) -> None:
-    """No noise, no bending, no unit: pose, scale and shape of all the organ, the unseen side too."""
-    seen = seen_from_camera(base.organ, noise_mm=0.0, count=5000)
-    with tiny_problem():
-        found = register(base.organ, seen.cloud)
-    assert map_error(inside_map(found, base.inside), POSE.apply(base.inside)) < 0.8
-    assert found.organ.mm_per_unit == pytest.approx(MM_PER_UNIT, rel=0.01)
 
 
 @settings(max_examples=30, deadline=None, derandomize=True)
