@@ -17,6 +17,10 @@ def main_table(runs: RunSet) -> Table:
     """Mean TRE of every case, and over the cases as a ratio to the best similarity."""
     oracle = [f"({number(runs.oracle_mm(case))})" for case in runs.cases]
     rows = [("best similarity, from the truth", *oracle, "(1.00)", "(1.00)")]
+    if np.isfinite([runs.start_mm(case) for case in runs.cases]).any():
+        ratios = np.array([runs.start_mm(case) / runs.oracle_mm(case) for case in runs.cases])
+        cells = [number(runs.start_mm(case)) for case in runs.cases]
+        rows.append(("the common start", *cells, number(ratios.mean()), number(ratios.max())))
     for method in runs.methods:
         ratios = runs.values(method, ratio)
         cells = [number(value) for value in runs.values(method, mean_tre)]
@@ -38,7 +42,7 @@ def region_table(runs: RunSet) -> Table:
     columns: list[Callable[[Run], float]] = [lambda f, r=region: f["tre_mm"][r]["mean"] for region in REGIONS]
     columns += [lambda f, s=statistic: f["tre_mm"]["all"][s] for statistic in ("median", "p95", "max")]
     columns.append(lambda f: abs(f["scale_error_percent"]))
-    names = ("visible", "hidden", "interior", "median", "p95", "max", "|scale error| %")
+    names = ("visible", "hidden", "interior", "median", "p95", "max", "scale error %, absolute")
     return _means(
         runs, "TRE by region, mm, mean over the cases", names, columns, 2,
         "visible: reconstructed surface; hidden: the rest of the surface; interior: inside. Median, p95 and max are "
@@ -54,7 +58,7 @@ def fit_table(runs: RunSet) -> Table:
             key = f"{statistic}_{way}_normalised"
             names.append(f"{statistic} {way.replace('_', ' ').replace('ct', 'CT')}")
             columns.append(lambda f, k=key: f["residuals"][k])
-    names += ["|volume drift| %", "lowest det F", "highest det F", "largest stretch p95", "smallest stretch p5"]
+    names += ["volume drift %, absolute", "lowest det F", "highest det F", "largest stretch p95", "smallest stretch p5"]
     columns += [
         lambda f: abs(f["deformation"]["volume_drift_percent"]),
         lambda f: f["deformation"]["min_det_f"],

@@ -7,7 +7,9 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ..peers.methods import METHODS, OURS
 from ..runs.conditions import SWEEPS, Sweep
@@ -26,9 +28,12 @@ def ratio_plot(runs: RunSet) -> Figure:
         values = [runs.value(case, method, ratio) for method in runs.methods]
         axes.scatter(values, range(len(values)), marker=marks[k % len(marks)], s=34, label=case, alpha=0.85)
     means = [runs.values(method, ratio).mean() for method in runs.methods]
-    axes.scatter(means, range(len(means)), marker="|", s=420, color="black", linewidths=2.2, label="mean over cases")
+    axes.scatter(means, range(len(means)), marker="|", s=420, color="black", linewidths=2.2)
+    axes.plot([], [], "|", color="black", markersize=9, markeredgewidth=2.2, label="mean over cases")
     axes.axvline(1, color="grey", linewidth=1, linestyle="--")
     axes.set(xscale="log", xlabel="mean TRE / mean TRE of the best similarity (dashed: 1)")
+    axes.set_ylim(-0.6, len(runs.methods) - 0.4)
+    _plain_numbers(axes.xaxis)
     axes.set_yticks(range(len(runs.methods)), [METHODS[method].title for method in runs.methods])
     axes.invert_yaxis()
     axes.grid(axis="x", which="both", alpha=0.25)
@@ -46,9 +51,18 @@ def time_plot(runs: RunSet) -> Figure:
             tre = runs.values(method, mean_tre).mean()
             axes.scatter(seconds, tre, s=60, color=COLOURS[method], label=METHODS[method].title)
     axes.set(xscale="log", yscale="log", xlabel="processor seconds, mean over the cases", ylabel="mean TRE, mm")
+    _plain_numbers(axes.xaxis)
+    _plain_numbers(axes.yaxis)
     axes.grid(which="both", alpha=0.25)
     axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5), frameon=False)
     return figure
+
+
+def _plain_numbers(axis: Axis) -> None:
+    """Labels such as 0.2, 0.5, 1, 2 on a logarithmic axis."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def figure_8_plot(runs: RunSet) -> Figure | None:
@@ -91,6 +105,7 @@ def sweep_plot(runs: RunSet, sweep: Sweep) -> Figure | None:
             levels, [100 * np.mean(values <= SUCCESS) for _, values in points], marker="o", markersize=3.5, **style
         )
     left.set(xlabel=sweep.label, ylabel="TRE / best similarity's", yscale="log")
+    _plain_numbers(left.yaxis)
     right.set(xlabel=sweep.label, ylabel=f"ratio at most {SUCCESS:g}, % of runs", ylim=(-3, 103))
     for axes in (left, right):
         axes.grid(which="both", alpha=0.25)

@@ -53,6 +53,14 @@ class RunSet:
         known = [value for value in found if np.isfinite(value)]
         return known[0] if known else float("nan")
 
+    def start_mm(self, case: str) -> float:
+        """Mean TRE of the start that the peers share."""
+        for method in self.methods:
+            run = self.baseline.get((case, method))
+            if run and not run["failure"] and "start" in run["figures"]["stages"]:
+                return run["figures"]["stages"]["start"]["tre_mm"]["all"]["mean"]
+        return float("nan")
+
     def failures(self) -> list[str]:
         """One line for every run without a result."""
         return [
