@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from asset_examples import bent_organ
+from reader_samples import write_labels
 
 from organphys.asset.array_archive import archive_bytes, check_numbers, read_archive
 from organphys.asset.asset_file import asset_bytes, asset_from_bytes, check_similarities
@@ -26,6 +27,7 @@ from organphys.readers.gaussian_ply import read_splat
 from organphys.readers.label_counts import _add
 from organphys.readers.label_volume import read_header
 from organphys.readers.landmarks_file import read_landmarks
+from organphys.readers.segmentation_file import read_organ
 from organphys.readers.voxel_grid import VoxelGrid, check_extent
 
 HEAD = "ply\nformat ascii 1.0\n"
@@ -136,3 +138,12 @@ def test_notices_of_the_papers_method() -> None:
     (twist,) = paper_method._twist_notices(SimpleNamespace(margin=0.01, chosen_twist_deg=30.0))  # type: ignore[arg-type]
     (radius,) = paper_method._radius_notices(12.0)
     assert "only 1.0 % worse" in twist.message and "12 mm" in radius.message
+
+
+def test_two_segments_of_one_name(tmp_path: Path) -> None:
+    keys = {f"Segment{k}_{name}": value for k in (0, 1) for name, value in (("Name", "liver"), ("LabelValue", k + 1))}
+    labels = np.zeros((12, 12, 12), dtype=np.uint8)
+    labels[2:6], labels[7:10] = 1, 2
+    path = write_labels(tmp_path / "a.seg.nrrd", labels, metadata=keys)
+    with pytest.raises(InputError, match="2 segments are named 'liver'; rename all but one"):
+        read_organ(path, organ="liver")

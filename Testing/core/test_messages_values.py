@@ -34,6 +34,7 @@ from organphys.readers.organ_from_mask import organ_from_mask
 from organphys.simulation.instruments import INSTRUMENTS
 from organphys.simulation.local_detail import LocalDetail
 from organphys.simulation.options import SimulationOptions
+from organphys.simulation.pins import BoxPin
 from organphys.simulation.psm import Psm, as_joints
 from organphys.simulation.psm_trocar import default_trocar
 from organphys.simulation.rest_shape import rest_shape
@@ -121,6 +122,7 @@ PLAIN: dict[str, Raising] = {
     "--fps: expected 1 to 1000": lambda: step_count(trajectory(), 0.1),
     "steps per second are more than": lambda: step_count(trajectory(times=np.array([0, 1e5])), 60),
     "--tissue: expected one of": lambda: tissue_named("bone"),
+    "pin box axes: expected three unit vectors": lambda: BoxPin((0, 0, 0), ((1, 0, 0),) * 3, (1, 1, 1)),
     "count: expected at least 1 kernel": lambda: LocalDetail(count=0),
     "friction: expected a finite number of at least 0": lambda: SimulationOptions(friction=-1),
     "effort: expected at least 1": lambda: SimulationOptions(effort=0),
