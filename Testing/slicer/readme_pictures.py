@@ -1,4 +1,4 @@
-"""Makes the README's pictures on the test host: ``python Testing/slicer/readme_pictures.py [FOLDER]``.
+"""Makes the extension's screenshots on the test host: ``python Testing/slicer/readme_pictures.py [FOLDER]``.
 
 FOLDER (default Resources) gets panel.png, the panel beside the overlay from the endoscope and from the side, and
 overlay.png. The run is the sample case in full size, from the panel, on a machine that should have nothing else to do.

@@ -1,4 +1,4 @@
-"""Makes the README's picture of the simulation: ``python Testing/slicer/simulation_picture.py [FOLDER]``.
+"""Makes the extension's screenshot of the simulation: ``python Testing/slicer/simulation_picture.py [FOLDER]``.
 
 FOLDER (default Resources) gets simulation.png: the panel beside the sample liver, grasped and lifted, as Gaussians and
 as a surface coloured by its displacement. Prints how long the way there took and how long the event loop stood still.
