@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.linalg
 from scipy.spatial import cKDTree
 from simulation_examples import BOTTOM, SIZE, TISSUE, box_body, box_grid, box_surface
 
@@ -9,6 +10,7 @@ from organphys.ground.checks import InputError
 from organphys.ground.frames import rotation_about
 from organphys.simulation import local_following
 from organphys.simulation.contact_samples import contact_samples
+from organphys.simulation.elastic_modes import lowest_modes
 from organphys.simulation.local_detail import LocalDetail, with_detail
 from organphys.simulation.local_following import detail_state, followed
 from organphys.simulation.local_functions import LocalFunctions
@@ -57,6 +59,17 @@ def test_elastic_modes_of_a_free_body_do_not_repeat_rigid_motions():
     body = box_body()
     eigenvalues = np.linalg.eigvalsh(body.elasticity.rest_hessian())
     assert np.abs(eigenvalues[:6]).max() < 1e-6 * eigenvalues[6]
+
+
+def test_lowest_modes_are_those_of_the_pair_of_matrices():
+    rng = np.random.default_rng(0)
+    a, b = rng.normal(size=(30, 30)), rng.normal(size=(10, 10))
+    stiffness, mass = a @ a.T, b @ b.T + np.eye(10)
+    modes, whole = lowest_modes(stiffness, mass, 4), np.kron(mass, np.eye(3))
+    values, vectors = scipy.linalg.eigh(stiffness, whole)
+    assert np.allclose(modes.T @ whole @ modes, np.eye(4), atol=1e-10)
+    assert np.allclose(np.abs(np.diag(modes.T @ whole @ vectors[:, :4])), 1, atol=1e-8)
+    assert np.allclose(np.diag(modes.T @ stiffness @ modes), values[:4])
 
 
 def test_quadrature_keeps_volume_and_first_moments():
@@ -177,7 +190,7 @@ def test_a_box_pin_holds_what_is_in_the_box():
     assert 0 < inside.sum() < len(everything)
     assert np.array_equal(body.held_points, everything[inside])
     assert body.springs.sum() == pytest.approx(1000.0)
-    corner = np.array([[0.03, 0.01, 0.05]]) + [[0.003, 0.004, 0.0]]
+    corner = np.array([[0.033, 0.014, 0.05]])  # 3 mm and 4 mm beside an edge
     assert box.distances(corner @ turn + [0.05, 0.02, 0.02]) == pytest.approx(0.005)
     with pytest.raises(InputError, match="no tissue within its 10 x 10 x 10 mm"):
         body.with_pins(BoxPin((1.0, 0.0, 0.0), ((1, 0, 0), (0, 1, 0), (0, 0, 1)), (0.01, 0.01, 0.01)))

@@ -44,13 +44,13 @@ class SplatGrid:
         """The grid with cells of edge ``spacing`` m round points (K, 3), m."""
         scaled = points / spacing
         low = np.floor(scaled).astype(np.int64)
-        places, cell = np.unique(low, axis=0, return_inverse=True)
-        nodes, corners = np.unique((places[:, None] + CORNERS).reshape(-1, 3), axis=0, return_inverse=True)
+        places, cell = _distinct(low)
+        nodes, corners = _distinct((places[:, None] + CORNERS).reshape(-1, 3))
         phi = np.empty((len(nodes), basis.size), dtype=np.float32)
         slopes = np.empty((3, len(nodes), basis.size), dtype=np.float32)
         for start in range(0, len(nodes), CHUNK):
             at = slice(start, start + CHUNK)
-            phi[at], slopes[:, at] = basis.phi_and_gradient(spacing * nodes[at])
+            phi[at], slopes[:, at] = basis.phi_and_gradient(spacing * nodes[at].astype(np.float64))
         return cls(
             phi,
             slopes,
@@ -83,3 +83,11 @@ class SplatGrid:
         starts = np.arange(0, 8 * len(cell) + 1, 8, dtype=np.int32)  # as wide as the columns, or they are all copied
         columns = self.corners[cell].ravel()
         return csr_array((near.astype(np.float32).ravel(), columns, starts), (len(cell), len(self.phi)))
+
+
+def _distinct(places: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Distinct rows (M, 3) of places (N, 3) in their order, and which of them each is (N,): numpy's ``unique``, by one
+    number for each row, many times as fast."""
+    first, counts = places.min(0), np.ptp(places, axis=0) + 1
+    number, which = np.unique(np.ravel_multi_index(tuple((places - first).T), tuple(counts)), return_inverse=True)
+    return np.stack(np.unravel_index(number, tuple(counts)), axis=1) + first, which
