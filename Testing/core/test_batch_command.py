@@ -21,6 +21,7 @@ from batch_examples import FILE, cheap_case, noted, tiny_register_case, write_ta
 from organphys.ground.checks import InputError
 from organphys.pipeline import batch_cluster, commands_batch
 from organphys.pipeline.batch_folder import RECORD
+from organphys.pipeline.batch_run import run_cases
 from organphys.pipeline.batch_table import read_batch
 from organphys.pipeline.command_line import build_parser, main
 from organphys.pipeline.sample_case import write_sample_case
@@ -205,6 +206,31 @@ def test_clusters_that_cannot_be_used(
     monkeypatch.setattr(batch_cluster, "__version__", "9.9")
     with pytest.raises(InputError, match=r"worker tcp.* has organphys .*; install organphys 9\.9 there"):
         commands_batch.run(parsed(table, tmp_path / "out", "--scheduler", cluster.scheduler.address))
+
+
+def test_a_scheduler_without_workers_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from distributed import LocalCluster
+
+    monkeypatch.setattr(batch_cluster, "_WORKERS_S", 0.2)
+    table = write_table(tmp_path, [{"case": "a"}])
+    with (
+        LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0", host="127.0.0.1") as empty,
+        pytest.raises(InputError, match="has no workers; start some with: dask worker tcp"),
+    ):
+        commands_batch.run(parsed(table, tmp_path / "out", "--scheduler", empty.scheduler_address))
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_lost_scheduler_is_told_and_ends_the_run(tmp_path: Path) -> None:
+    class Gone:
+        def nthreads(self) -> dict[str, int]:
+            raise OSError("Timed out trying to connect to the scheduler")
+
+    outcomes: dict[str, Any] = {}
+    cases = read_batch(write_table(tmp_path, [{"case": "a"}]))
+    with pytest.raises(InputError, match="lost the Dask scheduler; what is finished is kept"):
+        run_cases(cases, tmp_path / "out", Gone(), outcomes, work=cheap_case)
+    assert outcomes == {}
 
 
 def test_missing_dask_is_one_line(
