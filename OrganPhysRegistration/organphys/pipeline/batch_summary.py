@@ -14,10 +14,14 @@ from urllib.parse import quote
 from ..exports.report_page import heading, page, paragraph, tiles, words
 from ..ground.atomic_file import write_text
 from .batch_records import FAILED, KEPT, NOT_RUN, BatchCase, Outcome
+from .verdict import LEVELS
 from .write_outputs import REPORT
 
 CSV, HTML = "summary.csv", "summary.html"
 _FIXED = ("case", "line", "status", "seconds [s]")
+_STYLE = """<style>body{max-width:1300px} .cases{overflow-x:auto}
+.cases th,.cases td{overflow-wrap:normal;padding-right:14px}</style>"""
+_RIGHT = ' class="n"'
 _COLOUR = {"trust": "#2e9b57", "check": "#b06a00", "do not trust": "#c2261d", FAILED: "#c2261d"}
 
 
@@ -64,17 +68,18 @@ def _html(told: Sequence[tuple[BatchCase, Outcome]], names: Sequence[str]) -> st
         [
             heading(f"Batch of {len(told)} cases", level=1),
             paragraph(counts(cases, outcomes) + "."),
-            tiles([(name, str(number)) for name, number in sorted(verdicts.items())]),
+            tiles([(f"verdict: {name}", str(verdicts[name])) for name in LEVELS] + [("failed", str(len(failed)))]),
             heading("Failed") if failed else "",
             *(paragraph(f"{case.name} (line {case.line}): {outcome.error}") for case, outcome in failed),
             heading("Cases"),
-            f'<div style="overflow-x:auto"><table><tr>{head}</tr>{body}</table></div>',
+            f'{_STYLE}<div class="cases"><table><tr>{head}</tr>{body}</table></div>',
         ],
     )
 
 
 def _row(case: BatchCase, outcome: Outcome, names: Sequence[str]) -> str:
-    cells = [f"<td>{_coloured(words(cell))}</td>" for cell in _cells(case, outcome, names)]
+    values = _cells(case, outcome, names)
+    cells = [f"<td{_RIGHT if isinstance(value, float) else ''}>{_coloured(words(value))}</td>" for value in values]
     if outcome.result:
         link = f"{quote(case.name)}/{REPORT}"
         cells[0] = f'<td><a href="{escape(link)}">{escape(case.name)}</a></td>'
