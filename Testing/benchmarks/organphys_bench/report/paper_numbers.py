@@ -29,7 +29,8 @@ TABLE_2_NOTE = (
     "The paper's organs, splats and machine (an RTX 6000 Ada with its host; ours: see above) are not public, so that "
     "its absolute numbers and ours cannot be compared; its unit, the CT surface's largest coordinate, is. Comparable "
     "is how the residual falls from stage to stage within one case, and that the mean stays several times the trim30 "
-    "because most of the organ has no splat to lie on. A small residual is no proof of accuracy: the TRE beside it is."
+    "because most of the organ has no splat to lie on. Our seconds are those of the processor, the basis counted among "
+    "the elastic steps. A small residual is no proof of accuracy: the TRE beside it is."
 )
 
 FIGURE_8_NOTE = (

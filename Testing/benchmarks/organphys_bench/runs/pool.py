@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -47,8 +48,13 @@ def run_one(key: RunKey, folder: Path, path: Path, *, timeout_s: float = TIMEOUT
     if done.returncode:
         line = (done.stderr.strip().splitlines() or ["no message"])[-1]
         write_run(path, key, {"failure": line})
-        return f"failed, {line}"
-    return "done"
+    return ending(path)
+
+
+def ending(path: Path) -> str:
+    """How a run that was written down ended."""
+    failure = json.loads(path.read_text(encoding="utf-8"))["failure"]
+    return f"failed, {failure}" if failure else "done"
 
 
 def _search_path() -> str:
