@@ -73,4 +73,4 @@ for k in range(int(first), int(last)):
     monkeypatch.setattr(supervised, "START_SECONDS", 0.3)
     tally = run_jobs(tmp_path, tmp_path / "run", 0, [("any", 0, 8)])["any"]
     assert tally.tried == 8 and tally.read == 6
-    assert sorted(tally.failures) == ["hang at input 5", "killed by signal 11 at input 3"]
+    assert tally.failures == {"killed by signal 11": [3], "hang": [5]}

@@ -44,11 +44,13 @@ def main(arguments: list[str] | None = None) -> int:
     spent = 0.0
     for reader in options.readers.split(","):
         tally = state.setdefault(f"{options.seed}:{reader}", Tally())
+        if tally.failures:
+            spent += _again(corpus, options, reader, tally)
         while tally.tried < options.inputs and spent < 60 * options.minutes:
             last = min(tally.tried + BATCH, options.inputs)
             spent += _batch(corpus, options, reader, last, tally)
             save_state(options.out, state)
-            told = f"{sum(tally.failures.values())} failures of {len(tally.failures)} kinds"
+            told = f"{len(tally.failed)} failures of {len(tally.failures)} kinds"
             print(f"{reader}: {tally.tried} tried, {tally.read} read, {tally.refused} refused, {told}", flush=True)
     write_results(options.results, state, "make fuzz, or Testing/fuzz/campaign.py with other numbers of inputs")
     return int(any(tally.failures for tally in state.values()))
@@ -56,6 +58,17 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _batch(corpus: Path, options: argparse.Namespace, reader: str, last: int, tally: Tally) -> float:
     new = run_jobs(corpus, options.out / reader, options.seed, [(reader, tally.tried, last)])[reader]
+    tally.add(new)
+    return new.seconds
+
+
+def _again(corpus: Path, options: argparse.Namespace, reader: str, tally: Tally) -> float:
+    """What failed is tried again first: the reader may have been mended."""
+    jobs = [(reader, index, index + 1) for index in tally.failed]
+    new = run_jobs(corpus, options.out / reader, options.seed, jobs)[reader]
+    tally.tried -= len(jobs)
+    tally.failures.clear()
+    tally.files.clear()
     tally.add(new)
     return new.seconds
 

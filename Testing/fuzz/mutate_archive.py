@@ -107,7 +107,8 @@ def _reshaped(array: np.ndarray, rng: Rng) -> np.ndarray:
     if kind == 3:
         return np.concatenate([array, array]) if array.ndim else array
     if kind == 4:
-        return array.astype(str(pick(rng, ("<f4", "<f8", "<i8", "<i4", "|u1", "|b1"))))
+        with np.errstate(all="ignore"):
+            return array.astype(str(pick(rng, ("<f4", "<f8", "<i8", "<i4", "|u1", "|b1"))))
     return array[..., None] if kind == 5 else array[:0] if array.ndim else array
 
 

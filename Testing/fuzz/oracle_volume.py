@@ -90,8 +90,9 @@ def _nrrd(content: bytes, voxels: bytes | None) -> np.ndarray:
 
 
 def _meta(content: bytes, voxels: bytes | None) -> np.ndarray:
-    end = content.find(b"\n", content.find(b"ElementDataFile")) + 1
-    pairs = re.findall(r"(?m)^[ \t]*(\w+)[ \t]*=[ \t]*(.*?)[ \t\r]*$", content[: end or None].decode("latin-1"))
+    last = re.search(rb"(?m)^[ \t]*ElementDataFile[ \t]*=[^\n]*\n?", content)
+    end = len(content) if last is None else last.end()
+    pairs = re.findall(r"(?m)^[ \t]*(\w+)[ \t]*=[ \t]*(.*?)[ \t\r]*$", content[:end].decode("latin-1"))
     fields = dict(pairs)
     data = content[end:] if voxels is None or fields["ElementDataFile"].upper() == "LOCAL" else voxels
     if fields.get("CompressedData", "False")[0] in "tT1":

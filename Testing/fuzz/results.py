@@ -20,7 +20,7 @@ def write_results(path: Path, state: dict[str, Tally], command: str) -> None:
     rows = {reader: _added(state, reader) for reader in TARGETS}
     fixed = Counter(name.split("_")[0] for name in found_files())
     table = [
-        f"| {reader} | {t.tried:,} | {t.read:,} | {t.refused:,} | {sum(t.failures.values())} | {fixed[reader]} "
+        f"| {reader} | {t.tried:,} | {t.read:,} | {t.refused:,} | {len(t.failed)} | {fixed[reader]} "
         f"| {t.seconds / 60:.1f} |"
         for reader, t in rows.items()
     ]
@@ -60,7 +60,8 @@ def _added(state: dict[str, Tally], reader: str) -> Tally:
 
 
 def _open(rows: dict[str, Tally]) -> list[str]:
-    lines = [f"- {reader}: {what} ({count} times)" for reader, t in rows.items() for what, count in t.failures.items()]
+    kinds = [(reader, what, found) for reader, tally in rows.items() for what, found in tally.failures.items()]
+    lines = [f"- {reader}: {what} ({len(found)} times)" for reader, what, found in kinds]
     return ["Failures that are still open:", "", *lines, ""] if lines else []
 
 

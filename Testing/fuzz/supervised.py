@@ -21,14 +21,19 @@ Job = tuple[str, int, int]
 
 @dataclass
 class Tally:
-    """What became of the inputs of one reader; failures: signature -> how often; files: the first of each kind."""
+    """What became of the inputs of one reader; failures: signature -> the inputs' numbers; files: the first of each."""
 
     tried: int = 0
     read: int = 0
     refused: int = 0
     seconds: float = 0.0
-    failures: dict[str, int] = field(default_factory=dict)
+    failures: dict[str, list[int]] = field(default_factory=dict)
     files: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def failed(self) -> list[int]:
+        """The numbers of all inputs that failed."""
+        return sorted(index for indices in self.failures.values() for index in indices)
 
     def add(self, other: Tally) -> None:
         """Count the inputs of another run as well."""
@@ -36,12 +41,12 @@ class Tally:
         self.read += other.read
         self.refused += other.refused
         self.seconds += other.seconds
-        for what, count in other.failures.items():
-            self.failures[what] = self.failures.get(what, 0) + count
+        for what, indices in other.failures.items():
+            self.failures[what] = self.failures.get(what, []) + indices
         self.files = other.files | self.files
 
-    def fail(self, what: str, file: str | None = None) -> None:
-        self.failures[what] = self.failures.get(what, 0) + 1
+    def fail(self, what: str, index: int, file: str | None = None) -> None:
+        self.failures.setdefault(what, []).append(index)
         if file is not None:
             self.files.setdefault(what, file)
 
@@ -59,7 +64,7 @@ def run_jobs(corpus: Path, folder: Path, seed: int, jobs: list[Job]) -> dict[str
             break
         job = progress.job
         reader, last, at = jobs[job][0], jobs[job][2], progress.counts(job).index
-        tallies[reader].fail(f"{lethal} at input {at}")
+        tallies[reader].fail(lethal, at)
         tallies[reader].tried += 1
         jobs = [(reader, at + 1, last), *jobs[job + 1 :]]
     return tallies
@@ -97,7 +102,7 @@ def _add(tallies: dict[str, Tally], jobs: list[Job], progress: Progress, folder:
     report = folder / "failures.jsonl"
     for line in report.read_text().splitlines() if report.exists() else ():
         failure = json.loads(line)
-        tallies[failure["reader"]].fail(failure["what"], failure.get("file"))
+        tallies[failure["reader"]].fail(failure["what"], failure["index"], failure.get("file"))
 
 
 def _processor_seconds(pid: int) -> float:

@@ -57,9 +57,10 @@ def _radius(description: str, otherwise: float, path: str | Path) -> float:
     found = _RADIUS.search(description.rstrip()[-LAST:])
     if found is None:
         return otherwise
-    if not 0 < float(found.group(1)) <= LARGEST_RADIUS_MM:
+    radius = float(found.group(1))
+    if not 0 < radius <= LARGEST_RADIUS_MM:
         raise InputError(
-            f"{path}: a pin's description {description[-LAST:]!r} gives a radius that is not above 0 and up to "
-            f"{LARGEST_RADIUS_MM:g} mm; write for instance r=12"
+            f"{path}: a pin's description {description[-LAST:]!r} gives a radius of {radius:g} mm, expected above 0 and "
+            f"up to {LARGEST_RADIUS_MM:g}; write for instance r=12"
         )
-    return float(found.group(1))
+    return radius
