@@ -19,7 +19,7 @@ from pathlib import Path
 from measured import how
 from results_file import write_part
 from scaling_case import sample_splat, write_labels_of, write_splat_of
-from scaling_plot import exponents, scaling_plot
+from scaling_plot import exponents, peak_memory, scaling_plot
 from scaling_target import register_target, target_lines
 
 HERE = Path(__file__).parent
@@ -31,7 +31,7 @@ AXES = {
     "handles": (5, 10, 20, 40, 80),
     "quadrature": (500, 1_500, 5_000, 15_000),
 }
-USUAL_VOXELS, FOLLOWED = 1_000_000, 300_000  # label map of the gaussians axis; most Gaussians also bound and moved
+USUAL_VOXELS = 1_000_000  # label map of the axis gaussians
 
 
 def main() -> None:
@@ -70,7 +70,7 @@ def measured(axis: str, value: int, work: Path) -> dict:
         if axis == "gaussians":
             splat = work / "splat.ply"
             write_splat_of(splat, work / "sample" / "splat.ply", value, 3)
-            more = ["--follow"] if value <= FOLLOWED else []
+            more = ["--follow"]
         command = [str(HERE / "scaling_run.py"), str(labels), str(splat), *more]
     else:
         command = [str(HERE / "scaling_parts.py"), axis, str(value), str(work / "sample")]
@@ -122,9 +122,12 @@ def table(axis: str, rows: list[dict]) -> list[str]:
     slopes = exponents(rows)
     for name, slope in slopes.items():
         cells = [f"{row['stages'][name]['processor_s']:.2f}" if name in row["stages"] else "" for row in rows]
-        lines.append("| " + " | ".join([name, *cells, "-" if slope is None else f"{slope:.2f}"]) + " |")
-    memory = [f"{max(s['peak_mb'] or 0 for s in row['stages'].values()):.0f}" for row in rows]
-    return [*lines, "| " + " | ".join(["peak memory, MB", *memory, ""]) + " |"]
+        lines.append("| " + " | ".join([name, *cells, "-" if slope is None else f"{round(slope, 2) + 0.0:.2f}"]) + " |")
+    for name, follows in (("peak memory, MB", False), ("peak memory of what follows, MB", True)):
+        memory = peak_memory(rows, follows)
+        if any(memory):
+            lines.append("| " + " | ".join([name, *(f"{peak:.0f}" for peak in memory), ""]) + " |")
+    return lines
 
 
 if __name__ == "__main__":

@@ -106,14 +106,14 @@ def written(registration: Registration, folder: Path, meter: StageMeter) -> None
 
 @one_blas_thread
 def follow(folder: Path, splat_file: str, meter: StageMeter) -> None:
-    """The splat on the simulated organ: bound, moved and written once."""
+    """The splat on the simulated organ: bound, moved and written, as `organphys export` does for one moment."""
     organ = load_asset(folder / "organ.organphys")
     with meter.stage("read all of the splat"):
         gaussians = read_gaussians(splat_file)
     with meter.stage("simulated body"):
         body = organ_body(organ)
     with meter.stage("bind splat"):
-        splat = FollowingSplat(gaussians, body, metres_per_unit(organ))
+        splat = FollowingSplat(gaussians, body, metres_per_unit(organ), once=True)
     scene = Scene((body,), ())
     moment = Simulation(scene, scene.initial_state()).snapshot
     with meter.stage("move and write splat"):
