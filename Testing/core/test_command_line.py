@@ -279,6 +279,7 @@ def test_interrupts_wait_while_files_move(tmp_path: Path, monkeypatch: pytest.Mo
         replace(source, target)
 
     monkeypatch.setattr(output_folder.os, "replace", interrupted)
+    (tmp_path / "out").mkdir()
     with output_folder.whole_or_nothing(tmp_path / "out") as stage:
         (stage / "a").write_text("a")
         (stage / "b").write_text("b")

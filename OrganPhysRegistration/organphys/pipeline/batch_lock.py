@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from ..ground.checks import InputError
+from ..ground.hidden_folder import try_lock
 
 _PAUSE_S = 0.25
 
@@ -35,17 +35,7 @@ def case_lock(path: Path, *, wait: bool) -> Iterator[bool]:
 
 def _taken(handle: int, path: Path) -> bool:
     try:
-        if sys.platform == "win32":
-            import msvcrt
-
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
-        else:
-            import fcntl
-
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except (BlockingIOError, PermissionError):  # the latter on Windows
-        return False
+        return try_lock(handle)
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError(f"{path}: cannot be locked ({reason}); choose a folder on a file system with locks") from error
-    return True

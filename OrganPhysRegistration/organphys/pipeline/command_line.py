@@ -55,10 +55,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = build_parser().parse_args(_with_negative_values(sys.argv[1:] if argv is None else argv))
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _stop)
+    before = _written(arguments)
     try:
         code: int | None = import_module(f".commands_{arguments.command}", __package__).run(arguments)
     except KeyboardInterrupt as stop:  # a command that keeps what is done says so itself
-        return _fail(f"organphys: {stop}" if stop.args else "organphys: stopped, nothing was written", _STOPPED)
+        if stop.args:
+            return _fail(f"organphys: {stop}", _STOPPED)
+        if _written(arguments) != before:  # results come all at once: it was at its last words
+            return _fail("organphys: stopped, but all results are written", _STOPPED)
+        return _fail("organphys: stopped, nothing was written", _STOPPED)
     except BrokenPipeError:  # the reader of our output, `head` say, has gone
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _DONE
@@ -73,6 +78,17 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _stop(number: int, frame: object) -> NoReturn:
     """SIGTERM ends the command as Ctrl-C does: what is half-written is removed."""
     raise KeyboardInterrupt
+
+
+def _written(arguments: argparse.Namespace) -> object:
+    """What lies at --out, to compare: the file, or the entries of the folder that are not hidden."""
+    try:
+        if os.path.isdir(arguments.out):
+            return {(entry.name, entry.inode()) for entry in os.scandir(arguments.out) if entry.name[0] != "."}
+        found = os.stat(arguments.out)
+    except (AttributeError, TypeError, OSError):  # no --out, or nothing there
+        return None
+    return found.st_ino, found.st_mtime_ns
 
 
 def one_line(error: Exception) -> str | None:
