@@ -102,6 +102,15 @@ def test_files_of_someone_else_are_never_removed(tmp_path: Path) -> None:
     outcome = work_case(case, out, cheap_case)
     assert outcome.status == FAILED and "holds what no batch has written (notes.txt)" in outcome.error
     assert names(out / "a") == {"notes.txt"} and not noted(tmp_path, "begin")
+    (out / "a" / "notes.txt").rename(out / "a" / ".DS_Store")  # what a desktop leaves is no one's work
+    assert work_case(case, out, cheap_case).status == DONE
+
+
+def test_a_file_in_the_place_of_the_folder_is_kept(tmp_path: Path) -> None:
+    case, out = one_case(tmp_path), tmp_path / "out"
+    out.mkdir()
+    (out / "a").write_text("mine")
+    assert work_case(case, out, cheap_case).status == FAILED and (out / "a").read_text() == "mine"
 
 
 def test_one_thread_for_blas(tmp_path: Path) -> None:

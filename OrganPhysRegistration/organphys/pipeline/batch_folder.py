@@ -79,7 +79,8 @@ class CaseFolder:
         if self.place.exists():
             record = self.record()
             known = {RECORD, *(record["files"] if record else ())}
-            others = sorted({path.name for path in self.place.iterdir()} - known) if self.place.is_dir() else [""]
+            names = {path.name for path in self.place.iterdir()} if self.place.is_dir() else {self.name}
+            others = sorted(name for name in names - known if name[0] != ".")  # a desktop's own, .DS_Store say, may go
             if others:
                 raise InputError(
                     f"{self.place}: holds what no batch has written ({', '.join(others[:3])}); move it away or choose "
@@ -90,7 +91,7 @@ class CaseFolder:
 
     def publish(self, inputs: Mapping[str, Any], result: Mapping[str, Any], seconds: float) -> dict[str, Any]:
         """The folder of ``begin`` becomes the case's, with its record; the record."""
-        files = {path.name: dict(fingerprint(str(path))) for path in sorted(self.part.iterdir())}
+        files = {path.name: dict(fingerprint(str(path))) for path in sorted(self.part.iterdir()) if path.is_file()}
         record = {"schema": SCHEMA, "inputs": inputs, "seconds": seconds, "result": result, "files": files}
         write_text(self.part / RECORD, dump(record))
         if self.place.exists():
