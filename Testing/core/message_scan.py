@@ -39,15 +39,18 @@ def all_messages() -> list[Message]:
     """Every message of both modules."""
     files = [path for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*.py"))]
     trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in files}
-    constants: dict[str, ast.expr] = {}
-    for tree in trees.values():
-        for node in tree.body:
-            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id.isupper():
-                constants[node.targets[0].id] = node.value
+    own = {path: _constants(tree) for path, tree in trees.items()}
+    imported = {name: value for constants in own.values() for name, value in constants.items()}
     classes = [node for tree in trees.values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
     derived = [node.name for node in classes if "InputError" in map(ast.unparse, node.bases)]
     takers = TAKERS | dict.fromkeys(derived, TAKERS["InputError"])
-    return [m for path, tree in trees.items() for m in messages_in(Source(path, tree, constants), takers)]
+    return [m for path, tree in trees.items() for m in messages_in(Source(path, tree, imported | own[path]), takers)]
+
+
+def _constants(tree: ast.Module) -> dict[str, ast.expr]:
+    """A file's constants by their names in capitals."""
+    named = [n for n in tree.body if isinstance(n, ast.Assign) and isinstance(n.targets[0], ast.Name)]
+    return {n.targets[0].id: n.value for n in named if n.targets[0].id.isupper()}  # type: ignore[attr-defined]
 
 
 def messages_in(source: Source, takers: dict[str, tuple[int | None, int]]) -> Iterator[Message]:
