@@ -102,8 +102,8 @@ def report(records: list[dict]) -> str:
         "",
         "Processor seconds of every stage (one thread for BLAS), in a process of its own for each column, and peak "
         "memory of that process (MB, pages of the mapped splat file included). Exponent: slope of log seconds over log "
-        "size between the last two columns; - where the stage takes under 0.05 s. Splats of the axis gaussians have "
-        "spherical harmonics of degree 3 (248 bytes each). Plots: `scaling.png`; measurements: `scaling.jsonl`.",
+        "size, fitted to the last three columns; - where the stage takes under 0.05 s. Splats of the axis gaussians "
+        "have spherical harmonics of degree 3 (248 bytes each). Plots: `scaling.png`; measurements: `scaling.jsonl`.",
         "",
         how("OMP_NUM_THREADS=1 nice -n 10 python Testing/benchmarks/scaling.py"),
         *target_lines(records),
