@@ -77,7 +77,7 @@ def _turns_away(surface: SplatSurface, plane: Array, centres: Array, outward: Ar
     return found
 
 
-def _outermost(plane: Array, centres: Array, outward: Array, pixel: float) -> tuple[Array, Array]:
+def _outermost(plane: Array, centres: Array, outward: Array, pixel: float) -> tuple[Array, NDArray[np.bool_]]:
     """Mean reach along ``outward`` of the two outermost points near each centre, and which centres have them."""
     near = cKDTree(plane).query_ball_point(centres + 0.5 * pixel * outward, 2.2 * pixel)
     reach, kept = np.zeros(len(centres)), np.zeros(len(centres), dtype=bool)

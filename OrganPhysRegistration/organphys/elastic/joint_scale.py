@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
+from numpy.typing import NDArray
 
 from ..ground.checks import Array
 from ..mechanics.lbfgs import minimise
@@ -19,7 +20,6 @@ from .matches import Matches
 from .reduced_organ import ReducedOrgan
 
 PINNED = 1e6  # stiffness that holds gamma where the unit is known
-ROUNDING = 1e-6  # of the largest entry: keeps a Hessian summed in single precision positive definite
 
 
 @dataclass(frozen=True)
@@ -57,29 +57,36 @@ def data_quadratic(organ: ReducedOrgan, matches: Matches, points: Array, gamma: 
     Residuals in CT units shrink as the scene grows, which would reward a large scale: D / gamma^2, the data in scene
     units, has no such bias, and its gradient differs by -2 D / gamma, taken at the current state.
     """
-    phi, rest, targets = organ.phi[matches.rows], organ.samples.points[matches.rows], matches.targets
-    single = phi.astype(np.float32)  # the Hessian takes the time, and its rounding is far below that of the matches
     metric = matches.metric()
-    n = phi.shape[1]
+    metric_targets = (metric @ matches.targets[..., None])[..., 0]
+    rows, summed, pulled = _by_sample(matches.rows, metric, metric_targets)
+    phi, n = organ.phi[rows], organ.phi.shape[1]
     hessian, linear = np.zeros((3 * n + 1, 3 * n + 1)), np.zeros(3 * n + 1)
     blocks = hessian[:-1, :-1].reshape(n, 3, n, 3)
     for a in range(3):
         for b in range(a, 3):
-            block = single.T @ ((2 * metric[:, a, b, None]).astype(np.float32) * single)
+            block = phi.T @ (2 * summed[:, a, b, None] * phi)
             blocks[:, a, :, b] = block
             blocks[:, b, :, a] = block.T
-    metric_targets = (metric @ targets[..., None])[..., 0]
-    metric_rest = (metric @ rest[..., None])[..., 0]
-    hessian[:-1, -1] = hessian[-1, :-1] = -2 * (phi.T @ metric_targets).ravel()
-    hessian[-1, -1] = 2 * float((targets * metric_targets).sum())
-    linear[:-1] = 2 * (phi.T @ metric_rest).ravel()
-    residual = points[matches.rows] - gamma * targets
+    rest = organ.samples.points[rows]
+    hessian[:-1, -1] = hessian[-1, :-1] = -2 * (phi.T @ pulled).ravel()
+    hessian[-1, -1] = 2 * float((matches.targets * metric_targets).sum())
+    linear[:-1] = 2 * (phi.T @ (summed @ rest[..., None])[..., 0]).ravel()
+    residual = points[matches.rows] - gamma * matches.targets
     data = float((residual * (metric @ residual[..., None])[..., 0]).sum())
-    linear[-1] = -2 * float((targets * metric_rest).sum()) - 2 * data / gamma
+    linear[-1] = -2 * float((rest * pulled).sum()) - 2 * data / gamma
     stiffness = 2 * min(prior.weight, PINNED)
     hessian[-1, -1] += stiffness
     linear[-1] -= stiffness * prior.gamma
     return Quadratic(hessian, linear)
+
+
+def _by_sample(rows: NDArray[np.int64], metric: Array, pulls: Array) -> tuple[NDArray[np.int64], Array, Array]:
+    """Organ samples (U,) with matches, their summed metrics (U, 3, 3) and pulls (U, 3): a sample stands in several
+    matches, and its basis functions are the same in all of them."""
+    order = np.argsort(rows, kind="stable")
+    found, first = np.unique(rows[order], return_index=True)
+    return found, np.add.reduceat(metric[order], first), np.add.reduceat(pulls[order], first)
 
 
 def solve(
@@ -95,8 +102,6 @@ def solve(
         data.hessian[:-1, :-1] += alpha * loads * load_hessian(organ, z)
     preconditioner = data.hessian.copy()
     preconditioner[:-1, :-1] += elastic * organ.rest_hessian
-    diagonal = np.diag_indices_from(preconditioner)
-    preconditioner[diagonal] += ROUNDING * data.hessian.diagonal()[:-1].max()
     factor = scipy.linalg.cho_factor(preconditioner, lower=True, check_finite=False)
 
     def objective(q: Array) -> tuple[float, Array]:

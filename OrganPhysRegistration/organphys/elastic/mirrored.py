@@ -44,8 +44,7 @@ def mirror_image(organ: ReducedOrgan) -> ReducedOrgan:
 
     Its basis still belongs to the organ itself: only functions of the samples and the quadrature points are mirrored.
     """
-    phi_gradient, strains = organ.phi_gradient.copy(), organ.elasticity.phi_gradient.copy()
-    phi_gradient[0] *= -1
+    strains = organ.elasticity.phi_gradient.copy()
     strains[0] *= -1
     n = organ.basis.size
     signs = np.tile(FLIP, n)
@@ -54,7 +53,8 @@ def mirror_image(organ: ReducedOrgan) -> ReducedOrgan:
         organ,
         samples=replace(samples, points=samples.points * FLIP, normals=samples.normals * FLIP),
         elasticity=replace(elasticity, phi_gradient=strains, points=elasticity.points * FLIP),
-        phi_gradient=phi_gradient,
+        tangents=organ.tangents[::-1] * FLIP,  # swapped, so that their cross product points outward again
+        phi_tangent=organ.phi_tangent[::-1],
         rest_hessian=organ.rest_hessian * signs[:, None] * signs,
     )
 

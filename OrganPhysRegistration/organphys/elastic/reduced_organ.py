@@ -12,6 +12,7 @@ from ..basis.reduced_basis import ReducedBasis
 from ..basis.reduced_elasticity import ReducedElasticity
 from ..basis.rkpm import rkpm_weights
 from ..ground.checks import Array
+from ..ground.frames import tangent_axes
 from ..mechanics.neo_hookean import LogNeoHookean
 from ..points.point_sets import Organ
 from ..points.sampling import random_subset
@@ -34,14 +35,16 @@ class ReducedOrganOptions:
 
 @dataclass(frozen=True)
 class ReducedOrgan:
-    """phi (S, 4H) and its gradient (3, S, 4H) at the surface samples, phi_volume (Q, 4H) at the quadrature points of
-    ``elasticity``, whose energy is the mean one of a Young's modulus of 1."""
+    """phi (S, 4H) at the surface samples and its derivatives phi_tangent (2, S, 4H) along two unit ``tangents``
+    (2, S, 3) whose cross product is the normal; phi_volume (Q, 4H) at the quadrature points of ``elasticity``, whose
+    energy is the mean one of a Young's modulus of 1."""
 
     samples: SurfaceSamples
     basis: ReducedBasis
     elasticity: ReducedElasticity
     phi: Array
-    phi_gradient: Array
+    tangents: Array
+    phi_tangent: Array
     phi_volume: Array
     rest_hessian: Array
 
@@ -67,12 +70,9 @@ class ReducedOrgan:
         return fitted
 
     def normals(self, z: Array) -> Array:
-        """Unit normals (S, 3) of the deformed surface: cof(F) N (Nanson's formula)."""
-        columns = [self.phi_gradient[m] @ z for m in range(3)]
-        for m in range(3):
-            columns[m][:, m] += 1.0  # column m of F
-        cofactor = np.cross(columns[1], columns[2]), np.cross(columns[2], columns[0]), np.cross(columns[0], columns[1])
-        normal = sum(c * self.samples.normals[:, m, None] for m, c in enumerate(cofactor))
+        """Unit normals (S, 3) of the deformed surface: the cross product of its moved tangents."""
+        first, second = (tangent + slope @ z for tangent, slope in zip(self.tangents, self.phi_tangent, strict=True))
+        normal = np.cross(first, second)
         return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
@@ -92,5 +92,14 @@ def reduce_organ(
     basis = ReducedBasis.whitened(weights, quadrature)
     elasticity = ReducedElasticity.at(basis, quadrature, LogNeoHookean.from_youngs(1.0, options.poissons_ratio))
     phi, gradient = basis.phi_and_gradient(samples.points)
-    inside = basis.phi(quadrature)
-    return ReducedOrgan(samples, basis, elasticity, phi, gradient, inside, elasticity.rest_hessian())
+    tangents = np.stack(tangent_axes(samples.normals))
+    return ReducedOrgan(
+        samples=samples,
+        basis=basis,
+        elasticity=elasticity,
+        phi=phi,
+        tangents=tangents,
+        phi_tangent=np.einsum("tsa,asn->tsn", tangents, gradient, optimize=True),
+        phi_volume=basis.phi(quadrature),
+        rest_hessian=elasticity.rest_hessian(),
+    )
