@@ -214,3 +214,15 @@ def test_recorder_tells_the_same_story(bent_case, bent_result):
     determinants = bent_case.organ.elasticity.determinants(bent_result[0].z)
     assert last.volume_drift_percent == pytest.approx(100 * (determinants.mean() - 1))
     assert last.largest_move_mm == pytest.approx(bent_result[2][-1].move * length)
+
+
+@pytest.mark.parametrize(("share", "factor"), [(0.0, 1.0), (0.1, 1.0), (0.9, 2.0)])
+def test_the_less_is_seen_the_less_the_data_weigh(bent_case, share, factor):
+    """A camera sees at most half of a closed surface: a usual share of 0.9 makes the prior at least twice as strong."""
+    steps, options = [], ElasticOptions(seen_share=share)
+    options = replace(options, levels=(replace(options.levels[0], steps=1),))
+    register_elastically(bent_case.organ, bent_case.view, bent_case.start, options=options, on_step=steps.append)
+    if factor == 1.0:
+        assert steps[0].alpha == options.levels[0].alpha
+    else:
+        assert steps[0].alpha > factor * options.levels[0].alpha

@@ -45,7 +45,8 @@ TOO_LITTLE = 1e-3  # mean robust weight of the matches under which organ and spl
 
 @dataclass(frozen=True)
 class ElasticOptions:
-    """``move_tolerance`` ends a level: largest move of a sample, normalised; ``organ_points`` tried for visibility."""
+    """``move_tolerance`` ends a level: largest move of a sample, normalised; ``organ_points`` tried for visibility;
+    ``seen_share``: of the surface, below which the data weigh less by as much as less is seen."""
 
     levels: tuple[ElasticLevel, ...] = (
         ElasticLevel(0.4, 0.15, 8),
@@ -57,6 +58,7 @@ class ElasticOptions:
     organ_points: int = 2200
     inner_steps: int = 6
     move_tolerance: float = 5e-4
+    seen_share: float = 0.27
 
     @classmethod
     def stiffness(cls, preset: str | float) -> ElasticOptions:
@@ -64,6 +66,11 @@ class ElasticOptions:
         if not isinstance(preset, str):
             return cls.down_to(float(preset))
         return cls.down_to(PRESET_ALPHA[one_of(preset, "stiffness", tuple(PRESET_ALPHA))])
+
+    @classmethod
+    def short(cls) -> ElasticOptions:
+        """A few steps to an elastic energy, by which poses are compared."""
+        return cls(levels=SHORT, seen_share=0.0)
 
     @classmethod
     def down_to(cls, last: float) -> ElasticOptions:
@@ -131,9 +138,11 @@ def register_elastically(
     options = options or ElasticOptions()
     chosen = random_subset(len(organ.samples.points), options.organ_points, 0)
     state = resume or ElasticState(np.zeros((organ.basis.size, 3)), 1.0, start)
+    stiffer = _stiffer(organ, view, start, options)
     count, move, evaluations = 0, np.inf, 0
     for number, level in enumerate(options.levels):
         state = state.without_rigid_part(organ) if state.z.any() else state
+        alpha = stiffer * level.alpha
         prior = scale_prior(state.start)
         for _ in range(level.steps):
             shape = state.deformed(organ)
@@ -142,16 +151,22 @@ def register_elastically(
                 return state, SolveReport(Stop.NO_DATA, count, evaluations, move)
             data = data_quadratic(organ, matches, shape.points, state.gamma, prior)
             data = data if prior_on_z is None else prior_on_z.added_to(data)
-            z, gamma, spent = solve(
-                organ, data, level.alpha, level.loads, state.z, state.gamma, steps=options.inner_steps
-            )
+            z, gamma, spent = solve(organ, data, alpha, level.loads, state.z, state.gamma, steps=options.inner_steps)
             move = float(np.abs(organ.phi @ (z - state.z)).max()) + abs(gamma - state.gamma)
             state, count, evaluations = ElasticState(z, gamma, state.start), count + 1, evaluations + spent
-            on_step(OuterStep(number, level.alpha, state, move, spent, len(matches.rows)))
+            on_step(OuterStep(number, alpha, state, move, spent, len(matches.rows)))
             if move < options.move_tolerance:
                 break
     stop = Stop.CONVERGED if move < options.move_tolerance else Stop.STEP_LIMIT
     return state, SolveReport(stop, count, evaluations, move)
+
+
+def _stiffer(organ: ReducedOrgan, view: SplatView, start: Similarity, options: ElasticOptions) -> float:
+    """Factor of alpha, 1 or more. The data are means over what is seen, the prior is one over the whole organ: they
+    keep their proportion per area when the data weigh by the share that is seen."""
+    shape = Deformed(organ.samples.points, organ.samples.normals, 1.0, start)
+    seen = float(visibility(shape, view, options.levels[0].tau).front.mean())
+    return max(1.0, options.seen_share / max(seen, 0.01))
 
 
 def find_matches(

@@ -19,7 +19,7 @@ from ..align.splat_view import SplatView
 from ..ground.checks import Array
 from ..ground.frames import Similarity, rotation_angle
 from ..ground.progress import Progress, no_progress
-from .elastic_registration import SHORT, ElasticOptions, ElasticState, register_elastically
+from .elastic_registration import ElasticOptions, ElasticState, register_elastically
 from .joint_scale import ScalePrior
 from .reduced_organ import ReducedOrgan
 from .visibility import visibility
@@ -91,7 +91,7 @@ def choose_mode(
     known: MutableMapping[bytes, ElasticState] | None = None,
 ) -> Modes:
     """Poses ranked by their fit after a short elastic solve; ``known``: solves done before by their pose, added to."""
-    options = ElasticOptions(levels=SHORT)
+    options = ElasticOptions.short()
     known = {} if known is None else known
 
     def fit(start: Similarity) -> tuple[ElasticState, ElasticScore]:

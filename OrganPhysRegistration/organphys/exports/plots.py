@@ -78,7 +78,7 @@ def _mark_alphas(plots: Sequence[Any], alphas: Sequence[float]) -> None:
             if k:
                 axes.axvline(k + 0.5, color=GREY, ls=":", lw=1.2)
         place = plots[0].get_xaxis_transform()
-        plots[0].text(k + 0.65, 1.02, f"α = {alphas[k]:g}", transform=place, fontsize=9, color="#5b6472")
+        plots[0].text(k + 0.65, 1.02, f"α = {alphas[k]:.2g}", transform=place, fontsize=9, color="#5b6472")
 
 
 def _figure(width: float, height: float, *, rows: int = 1) -> tuple[Any, list[Any]]:

@@ -13,7 +13,7 @@ from ..align.pose_view import pose_view
 from ..align.poses import Poses
 from ..align.splat_view import SplatView, splat_view
 from ..align.start_search import Starts, search_start
-from ..elastic.elastic_registration import SHORT, ElasticOptions, ElasticState, register_elastically
+from ..elastic.elastic_registration import ElasticOptions, ElasticState, register_elastically
 from ..elastic.joint_scale import ScalePrior
 from ..elastic.mirrored import mirrored_score
 from ..elastic.mode_choice import choose_mode
@@ -227,6 +227,5 @@ class DefaultMethod:
         """Whether a short elastic fit that does not know the unit contradicts it."""
         if self.case.unit is None:
             return ()
-        options = ElasticOptions(levels=SHORT)
-        state, _ = register_elastically(self.rough_organ, self.view, free_start, options=options)
+        state, _ = register_elastically(self.rough_organ, self.view, free_start, options=ElasticOptions.short())
         return unit_notices(state.pose.scale, self.samples, self.case.unit)
