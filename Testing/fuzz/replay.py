@@ -9,8 +9,8 @@ import json
 import sys
 from pathlib import Path
 
+from reader_trial import tried
 from targets import TARGETS
-from trial import tried
 from worker import confined
 
 FOUND = Path(__file__).resolve().parent / "found"

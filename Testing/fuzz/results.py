@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
+from reader_trial import BASE_BYTES, MEGABYTE
 from replay import found_files
 from results_file import machine_lines, write_part
 from supervised import Tally
 from targets import TARGETS
-from trial import BASE_BYTES, MEGABYTE
 
 TITLE = "# Hostile files"
 GOAL = 200_000

@@ -21,8 +21,8 @@ from pathlib import Path
 from corpus import read_corpus
 from mutate import mutated, seed_of_input
 from progress import Progress
+from reader_trial import Outcome, tried
 from targets import MEGABYTE, TARGETS
-from trial import Outcome, tried
 
 SPARE_BYTES = 1500 * MEGABYTE  # an allocation beyond fails instead of filling the machine
 SHRINKING_TRIALS = 150
