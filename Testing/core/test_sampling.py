@@ -145,3 +145,10 @@ def test_grid_far_outside_answers_from_its_border(samples):
         y = np.zeros(1, dtype=np.float32)
         row = grid.lookup(x, y, y)[0]
         assert samples.points[row, 0] * np.sign(far) > 0.6
+
+
+def test_mirrored_grid_finds_the_mirror_image_of_what_the_grid_finds(samples):
+    grid = ClosestSampleGrid(samples.points)
+    x = np.random.default_rng(3).uniform(-2.5, 2.5, (2000, 3)).astype(np.float32)
+    mirrored = grid.mirrored().lookup(-x[:, 0], x[:, 1], x[:, 2])
+    assert np.mean(mirrored == grid.lookup(*x.T)) > 0.999  # but for ties on the edges of cells

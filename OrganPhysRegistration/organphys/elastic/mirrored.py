@@ -29,9 +29,10 @@ def mirrored_score(organ: ReducedOrgan, view: SplatView, pose: Similarity, *, se
     pose: T_camera_normalised. No landmark and no unit bind the mirror image, so that it has every chance.
     """
     mirror = mirror_image(organ)
+    grid = organ.samples.grid.mirrored()
     starts = Poses.of(mirror_starts(organ.samples.points, pose))
     for count, tau, damping, steps in ROUNDS:
-        fit = TwoWayFit(mirror.samples, mirror.samples.grid, view, count=count, seed=seed)
+        fit = TwoWayFit(mirror.samples, grid, view, count=count, seed=seed)
         for _ in range(steps):
             starts = fit.step(starts, tau, damping=damping, free_scale=True)
     splat, camera = fit.score(starts, ROUNDS[-1][1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -72,6 +73,14 @@ class ClosestSampleGrid:
         nodes = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
         # eps: a table rounded to cells needs no exact neighbour
         self.nearest: NDArray[np.int32] = nearest_neighbours(cKDTree(points), nodes, eps=0.2)[1].astype(np.int32)
+
+    def mirrored(self) -> ClosestSampleGrid:
+        """The grid of the samples mirrored x -> -x, in the same order."""
+        grid = copy(self)
+        grid.low = self.low.copy()
+        grid.low[0] = -(self.low[0] + self.cell * (self.shape[0] - 1))
+        grid.nearest = self.nearest.reshape(self.shape)[::-1].ravel()
+        return grid
 
     def lookup(self, x: NDArray[np.floating], y: NDArray[np.floating], z: NDArray[np.floating]) -> NDArray[np.int32]:
         """Indices of the nearest samples, any shape, for coordinates given per axis."""
