@@ -75,7 +75,8 @@ def run(options: argparse.Namespace) -> None:
     runs = [run for run in read_runs(options.out) if (run["case"], run["method"], _text(run)) in wanted]
     if not runs:
         raise InputError(f"--report-only: nothing has run in {options.out}")
-    command = f"organphys-bench --cases {options.cases.name}{' --full' if options.full else ''}"
+    some = "" if options.methods == ",".join(METHODS) else f" --methods {options.methods}"
+    command = f"organphys-bench --cases {options.cases.name}{some}{' --full' if options.full else ''}"
     for path in write_report(runs, cases, options.out, command=command, results=options.results):
         print(path)
 
