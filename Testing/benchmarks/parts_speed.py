@@ -39,6 +39,8 @@ def main() -> None:
     before, seconds = last_of_machine(), {}
     with tempfile.TemporaryDirectory() as folder:
         parts = made_parts(Path(folder))
+        then = "no entry of this machine" if before is None else f"before: {before['date']}, load {before['load']:.1f}"
+        print(f"{then}; load now {os.getloadavg()[0]:.1f} (on a busy machine a half more or less may be chance)")
         print(f"{'part':58s}{'ms':>10s}{'before':>10s}")
         for name, part in parts.timed.items():
             if not options.names or any(word in name for word in options.names):
