@@ -75,6 +75,19 @@ def _watched(corpus: Path, folder: Path, seed: int, jobs: list[Job], progress: P
     command = [sys.executable, str(HERE / "worker.py"), str(corpus), str(folder), str(seed)]
     environment = os.environ | {"OMP_NUM_THREADS": "1", "ITK_GLOBAL_DEFAULT_NUMBER_OF_THREADS": "1"}
     process = subprocess.Popen([*command, *(":".join(map(str, job)) for job in jobs)], env=environment)
+    try:
+        if not _ends_in_time(process, jobs, progress):
+            return "hang"
+    finally:
+        process.kill()  # no worker outlives its parent
+        process.wait()
+    if process.returncode > 0:
+        raise RuntimeError(f"the worker ended with {process.returncode}; the end of {folder}/noise says why")
+    return f"killed by signal {-process.returncode}" if process.returncode else ""
+
+
+def _ends_in_time(process: subprocess.Popen[bytes], jobs: list[Job], progress: Progress) -> bool:
+    """Waits for the worker; False at an input that takes too long."""
     at, since, began = (-1, -1), 0.0, time.monotonic()
     while process.poll() is None:
         time.sleep(0.05)
@@ -84,12 +97,8 @@ def _watched(corpus: Path, folder: Path, seed: int, jobs: list[Job], progress: P
         if now != at:
             at, since, began = now, used, time.monotonic()
         elif used - since > allowed or time.monotonic() - began > LONGEST_WAIT:
-            process.kill()
-            process.wait()
-            return "hang"
-    if process.returncode > 0:
-        raise RuntimeError(f"the worker ended with {process.returncode}; the end of {folder}/noise says why")
-    return f"killed by signal {-process.returncode}" if process.returncode else ""
+            return False
+    return True
 
 
 def _add(tallies: dict[str, Tally], jobs: list[Job], progress: Progress, folder: Path) -> None:
