@@ -11,6 +11,7 @@ from organphys.ground.solve_report import Stop
 from organphys.simulation.grasp import passing_on
 from organphys.simulation.local_detail import LocalDetail
 from organphys.simulation.near_tools import near_samples, stretches
+from organphys.simulation.newton_cg import EVALUATION, FEWEST
 from organphys.simulation.options import SimulationOptions, gravity_along
 from organphys.simulation.scene import Scene
 from organphys.simulation.session import Simulation
@@ -72,6 +73,7 @@ def test_a_fast_tool_never_jumps_through():
     assert body.sample_positions(state.z, middle)[:, 2].max() < poses[-1].position[2]
     assert max(r.bodies[0].deepest_m for r in reports) < radius
     assert max(r.substeps for r in reports) >= 3
+    assert max(r.effort for r in reports) <= OPTIONS.effort + EVALUATION * FEWEST * max(r.substeps for r in reports)
     assert min(r.bodies[0].min_det for r in reports) > 0
 
 

@@ -16,7 +16,7 @@ from ..ground.solve_report import SolveReport, Stop
 from .options import SimulationOptions
 
 SUFFICIENT = 1e-4  # Armijo's fraction of the predicted decrease
-HALVINGS = 12
+HALVINGS, FEWEST = 12, 4  # tries of a line search at most, and where the effort is spent
 CG_STEPS = 60
 EVALUATION, FACTOR = 3, 4  # an evaluation, a preconditioner with its tangent cost as much as so many Hessian products
 FORCING = 0.05  # linear systems are solved to this part of the residual, or to the tolerance where that is more
@@ -103,7 +103,8 @@ def minimise(
         factor = cache.factor(potential, at, reference)
         direction, used = _direction(potential, at, factor, max(FORCING * norm, 0.3 * goal), min(CG_STEPS, left))
         cg_steps += used
-        trial, tried = _line_search(potential, at, direction)
+        tries = min(HALVINGS, max((left - used) // EVALUATION, FEWEST))
+        trial, tried = _line_search(potential, at, direction, tries)
         evaluations += tried
         spent = EVALUATION * evaluations + cg_steps + FACTOR * (iteration + 1)
         if trial is None:
@@ -147,10 +148,10 @@ def _direction(potential: Potential, at: Point, factor: Preconditioner, goal: fl
     return x, most
 
 
-def _line_search(potential: Potential, at: Point, direction: Array) -> tuple[Point | None, int]:
-    """First of the full step, half of it, ... that is admissible, finite and lower; None if there is none."""
+def _line_search(potential: Potential, at: Point, direction: Array, tries: int) -> tuple[Point | None, int]:
+    """First of the full step, half of it, ... that is admissible, finite and lower; None if ``tries`` found none."""
     slope, step = float((at.gradient * direction).sum()), 1.0
-    for k in range(HALVINGS):
+    for k in range(tries):
         z = at.z + step * direction
         if potential.admissible(z):
             trial = potential.evaluate(z)
@@ -158,4 +159,4 @@ def _line_search(potential: Potential, at: Point, direction: Array) -> tuple[Poi
             if trial.energy <= bound and np.isfinite(trial.gradient).all():
                 return trial, k + 1
         step *= 0.5
-    return None, HALVINGS
+    return None, tries

@@ -21,11 +21,13 @@ from .tools import between, place, placed
 
 @dataclass(frozen=True)
 class StepReport:
-    """Reports by body (of the last sub-step), mean force on each tool over the step, and the number of sub-steps."""
+    """Reports by body (of the last sub-step), mean force on each tool over the step, the number of sub-steps, and what
+    all of them cost for the body that cost most, see ``SimulationOptions``."""
 
     bodies: tuple[BodyReport, ...]
     forces: tuple[ToolForce, ...]
     substeps: int
+    effort: int
 
 
 def step(
@@ -51,7 +53,9 @@ def step(
         left -= max(report.effort for report in reports)
         for report in reports:
             forces = [total.plus(one, 1 / count) for total, one in zip(forces, report.forces, strict=True)]
-    return SceneState(bodies, poses, state.time + dt), StepReport(reports, tuple(forces), count)
+    return SceneState(bodies, poses, state.time + dt), StepReport(
+        reports, tuple(forces), count, scene.options.effort - left
+    )
 
 
 def _plan(scene: Scene, state: SceneState, poses: tuple[ToolPose, ...], dt: float) -> tuple[int, tuple[ToolReach, ...]]:
