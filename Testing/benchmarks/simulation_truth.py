@@ -4,8 +4,8 @@
 
 Two loads on a liver-like ellipsoid (Neo-Hookean, E 5.5 kPa, nu 0.45), held by springs over one half: its own weight,
 and its other end pulled aside. Errors are rms over the volume in parts of the rms displacement; beside them the error
-of the best displacement that the same handles could make, which no elasticity and no quadrature enter. Writes its part
-of RESULTS.md and the curves beside it.
+of the best displacement that the same handles could make, which no elasticity and no quadrature enter.
+Writes its part of RESULTS.md and the curves beside it.
 """
 
 from __future__ import annotations
