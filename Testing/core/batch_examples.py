@@ -53,6 +53,12 @@ def cheap_case(arguments: argparse.Namespace, folder: Path) -> Mapping[str, Any]
     return {"verdict": "trust", "error [mm]": 1.5}
 
 
+def steady_case(arguments: argparse.Namespace, folder: Path) -> Mapping[str, Any]:
+    """Cheap work that takes a tenth of a second."""
+    time.sleep(0.08)
+    return cheap_case(arguments, folder)
+
+
 def tiny_register_case(arguments: argparse.Namespace, folder: Path) -> Mapping[str, Any]:
     """The real work at settings for tests."""
     from session_examples import tiny_problem

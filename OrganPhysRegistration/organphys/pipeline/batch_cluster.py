@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 MISSING = 'batch: needs Dask, which is not installed; pip install -c constraints.txt ".[batch]"'
+LOST_S = 120  # after which a dead worker's nanny is given up; Dask's 15 s are too few to restart on a busy machine
 _ANSWER_S, _WORKERS_S, _CLOSE_S = 10, 60, 5
 
 
@@ -49,7 +50,10 @@ def local_client(workers: int) -> Iterator[Client]:
     import dask
     from distributed import Client, LocalCluster
 
-    with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
+    with dask.config.set({
+        "distributed.scheduler.allowed-failures": 0,
+        "distributed.deploy.lost-worker-timeout": LOST_S,
+    }):  # fmt: skip
         cluster = LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
@@ -65,6 +69,13 @@ def local_client(workers: int) -> Iterator[Client]:
         finally:
             client.close(timeout=_CLOSE_S)
             cluster.close(timeout=_CLOSE_S)
+
+
+def refill(client: Client, threads: int) -> None:
+    """Start workers of this machine anew that are gone for good; of other clusters someone else takes care."""
+    cluster = client.cluster
+    if cluster is not None and threads < len(cluster.worker_spec):
+        cluster.scale(len(cluster.worker_spec))
 
 
 def _deaf_to_interrupts() -> Any:

@@ -12,6 +12,7 @@ from uuid import uuid4
 from ..ground.checks import InputError
 from ..ground.progress import Progress, no_progress
 from .batch_case import register_case, work_case
+from .batch_cluster import refill
 from .batch_folder import CaseFolder
 from .batch_lock import case_lock
 from .batch_records import BUSY, DIED, FAILED, BatchCase, Outcome, Work
@@ -92,7 +93,9 @@ class _Board:
 
     def hand_out(self) -> None:
         """No more cases than there are worker threads, so that a worker takes few along when it dies."""
-        room = 1 if self.alone else sum(self.client.nthreads().values())
+        threads = sum(self.client.nthreads().values())
+        refill(self.client, threads)
+        room = 1 if self.alone else threads
         while self.waiting and len(self.running) < room:
             case = self.waiting.popleft()
             key = f"{case.name}-{uuid4().hex}"
