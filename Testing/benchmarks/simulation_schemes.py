@@ -2,7 +2,7 @@
 
     OMP_NUM_THREADS=1 python Testing/benchmarks/simulation_schemes.py [--handles 10 20 32 40]
 
-Orders: a damped box, held at one end, sags for 64 ms under gravity; the error at the end is against 1024 steps of BDF2. Beam and
+Orders: a damped box, held at one end, sags for 64 ms; the error at the end is against 1024 steps of BDF2. Beam and
 cube: ``shared/fem`` beside the repository, vertices after step 1 and step 100 of 50 ms; the figures beside ours are
 those given there (Simplicits with 32 handles, 1024 nodes and 1000 quadrature points). The cube is scored before it
 lands.
