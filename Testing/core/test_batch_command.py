@@ -257,6 +257,15 @@ def test_a_lost_scheduler_is_told_and_ends_the_run(tmp_path: Path) -> None:
     assert outcomes == {}
 
 
+def test_a_folder_that_cannot_be_written_is_told_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    table = write_table(tmp_path, [{"case": "a"}])
+    (tmp_path / "file").write_text("in the way")
+    assert main(["batch", str(table), "--out", str(tmp_path / "file" / "out")]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+    assert main(["batch", str(table), "--out", " "]) == 2
+    assert "output folder: no name given" in capsys.readouterr().err
+
+
 def test_missing_dask_is_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

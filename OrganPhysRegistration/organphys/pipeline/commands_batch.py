@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from ..ground.atomic_file import unwritable
 from ..ground.checks import InputError
 from .batch_case import register_case
 from .batch_cluster import batch_client, need_dask
@@ -55,8 +56,7 @@ def _folder(name: str) -> Path:
     try:
         (out / HIDDEN).mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise InputError(f"{out}: cannot be written ({reason}); choose another output folder") from error
+        raise unwritable(out, error) from error
     return out
 
 
