@@ -31,18 +31,23 @@ class SteppedWork:
 
     def stop(self) -> None:
         """Give the work up."""
-        self._timer.stop()
+        self._end()
         self._steps.close()
 
     def _step(self) -> None:
         try:
             next(self._steps)
         except StopIteration as end:
-            self._timer.stop()
+            self._end()
             self._on_done(end.value)
         except Exception as error:
-            self._timer.stop()
+            self._end()
             self._on_error(error)
+
+    def _end(self) -> None:
+        """No more steps. The connection goes too: it would hold this object, and whose work it is, for good."""
+        self._timer.stop()
+        self._timer.disconnect("timeout()", self._slot)
 
 
 def run_at_once(steps: Generator[None, None, Any]) -> Any:

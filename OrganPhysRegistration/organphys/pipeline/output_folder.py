@@ -88,9 +88,13 @@ def _publish(stage: Path, target: Path) -> None:
                 raise IsADirectoryError(errno.EISDIR, f"it holds a folder {path.name}")
         whole = stage.with_name(WHOLE)
         os.rename(stage, whole)  # from here on another run finishes what this one may not
-        _move_files(whole, target)
     except OSError as error:
         raise unwritable(target, error) from error
+    try:
+        _move_files(whole, target)
+    except OSError as error:
+        words = f"{target}: the results cannot be moved there ({error.strerror or error})"
+        raise InputError(f"{words}; they are whole in {whole}, and the next run into the folder moves them") from error
 
 
 def _move_files(whole: Path, target: Path) -> None:
