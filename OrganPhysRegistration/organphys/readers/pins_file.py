@@ -60,7 +60,7 @@ def _radius(description: str, otherwise: float, path: str | Path) -> float:
     radius = float(found.group(1))
     if not 0 < radius <= LARGEST_RADIUS_MM:
         raise InputError(
-            f"{path}: a pin's description {description[-LAST:]!r} gives a radius of {radius:g} mm, expected above 0 and "
-            f"up to {LARGEST_RADIUS_MM:g}; write for instance r=12"
+            f"{path}: a pin's description {description[-LAST:]!r} gives a radius of {radius:g} mm, expected above 0 "
+            f"and up to {LARGEST_RADIUS_MM:g}; write for instance r=12"
         )
     return radius
