@@ -80,8 +80,9 @@ def _inflated(content: bytes) -> bytes:
 
 def _nrrd(content: bytes, voxels: bytes | None) -> np.ndarray:
     head, *rest = re.split(rb"\n\r?\n", content, maxsplit=1)
-    data = rest[0] if voxels is None or b"\ndata file:" not in head else voxels
-    fields = dict(re.findall(r"(?m)^([a-z ]+): (.*)$", head.replace(b"\r", b"").decode("latin-1")))
+    pairs = re.findall(r"(?m)^([A-Za-z ]+):(?!=)[ \t]*(.*)$", head.replace(b"\r", b"").decode("latin-1"))
+    fields = {name.strip().lower(): value for name, value in pairs}
+    data = rest[0] if voxels is None or "data file" not in fields else voxels
     order = "<" if fields.get("endian", "little").strip() == "little" else ">"
     if fields["encoding"].strip() in ("gzip", "gz"):
         data = _inflated(data)
