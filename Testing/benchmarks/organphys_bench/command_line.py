@@ -25,7 +25,7 @@ from .runs.pool import run_all
 from .runs.run_file import RunKey, read_runs
 
 EXTRA = {"pycpd": "pycpd", "trimesh": "trimesh", "pytetwild": "pytetwild", "pyvista": "pyvista", "meshio": "meshio"}
-NO_SWEEP = ("paper_figure_8",)
+NO_SWEEP = ("paper_figure_8", "fem_icp_fine")
 
 
 def main(arguments: list[str] | None = None) -> None:

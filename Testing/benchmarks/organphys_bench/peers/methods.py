@@ -36,6 +36,7 @@ METHODS = {
     "paper": Method("the paper's method", "paper:paper"),
     "paper_same_start": Method("the paper's method, same start", "paper:paper_same_start"),
     "paper_figure_8": Method("the paper's Figure 8", "paper:paper_figure_8", extra=True),
+    "fem_icp_fine": Method("FEM elastic ICP, our data terms, fine mesh", "fem_icp:fem_icp_fine", extra=True),
     "organphys": Method("OrganPhys", "organphys_method:organphys"),
     "organphys_no_landmarks": Method("OrganPhys, no landmarks", "organphys_method:organphys_no_landmarks"),
 }
