@@ -63,8 +63,8 @@ def solver_table(runs: RunSet) -> Table | None:
         tuple(rows),
         "Same start, levels, data terms, energy and stopping rule (largest move below 5e-4 of the organ's rms radius, "
         "inner steps below a predicted decrease of 1e-10 or six of them), one after the other in one process. Meshing "
-        "and assembly are not counted. The ratio goes with the mesh: first the peer of the main table, then the same on a "
-        "finer mesh where that has run.",
+        "and assembly are not counted. The ratio goes with the mesh: first the peer of the main table, then the same "
+        "on a finer mesh where that has run.",
     )
 
 
