@@ -53,13 +53,18 @@ class RunSet:
         known = [value for value in found if np.isfinite(value)]
         return known[0] if known else float("nan")
 
-    def start_mm(self, case: str) -> float:
-        """Mean TRE of the start that the peers share."""
+    def start(self, case: str) -> Run | None:
+        """Figures of the start that the peers share, TRE and residuals; None where no peer has run."""
         for method in self.methods:
             run = self.baseline.get((case, method))
             if run and not run["failure"] and "start" in run["figures"]["stages"]:
-                return run["figures"]["stages"]["start"]["tre_mm"]["all"]["mean"]
-        return float("nan")
+                return run["figures"]["stages"]["start"]
+        return None
+
+    def start_mm(self, case: str) -> float:
+        """Mean TRE of that start."""
+        start = self.start(case)
+        return float("nan") if start is None else start["tre_mm"]["all"]["mean"]
 
     def failures(self) -> list[str]:
         """One line for every run without a result."""
