@@ -51,7 +51,7 @@ class Commands:
         recording = str(self.folder / "run" / "recording.npz")
         words = {
             "register": ("--labels", str(self._case.labels), "--organ", "5", "--splat", str(self._case.splat)),
-            "simulate": (asset, *SMALL, *splat, "--video", "gif"),
+            "simulate": (asset, *SMALL, *splat),
             "export": (asset, "--format", "vtp"),
             "frames": (asset, "--format", "splat", *splat, "--recording", recording, "--at", "all"),
         }[name]

@@ -33,7 +33,7 @@ def write_results(path: Path, state: dict, trials: int, scene_trials: int) -> No
         "",
         *machine_lines("make faults, or Testing/faults/campaign.py with other numbers of trials"),
         "",
-        f"{len(rows)} trials of `register`, `simulate` and `export` (one file, and a folder of frames): a child process "
+        f"{len(rows)} trials of `register`, `simulate` and `export` (one file, and a folder of frames): a child "
         "meets a fault at a random moment of its writing, into a new place or over older results; in every tenth trial "
         "the whole command runs, computing included. Judged are exit code, stderr (one line), files (each is read "
         "again), and what a second run without a fault makes of what is left. Older: the older results are "
@@ -81,7 +81,7 @@ def _scenes(scenes: list[dict], growth: dict) -> list[str]:
     told = ", ".join(f"{module} {act} {count}" for (module, act), count in sorted(acts.items()))
     observers = [trial["observers"] for trial in scenes]
     lines = [
-        f"Slicer modules in the headless host: {len(scenes)} runs and simulations, cancelled, robbed of a node, or with "
+        f"Slicer modules, headless host: {len(scenes)} runs and simulations, cancelled, robbed of a node, or with "
         f"their scene closed at a random moment ({told}). Nodes left over, or errors in callbacks: in "
         f"{sum(bool(trial['failure']) for trial in scenes)}. Observers of the scene after a trial: at most "
         f"{max(observers)}, after the last {observers[-1]}. Runs and simulations still in memory: at most "

@@ -105,6 +105,7 @@ def start(commands: Commands, name: str, out: Path, fault: Fault | None) -> tupl
     code = 99
     try:
         os.dup2(sink, 2)
+        sys.stderr = os.fdopen(2, "w", closefd=False)  # pytest has put another one there
         signal.signal(signal.SIGINT, signal.default_int_handler)
         whole = fault is not None and fault.kind in ("kill timed", "interrupt timed", "memory, whole")
         if fault is not None:

@@ -1,4 +1,4 @@
-"""A run or a simulation that is cancelled, loses a node or its scene at a random moment, and what that leaves behind."""
+"""Runs and simulations that end, lose a node or their scene at a random moment, and what that leaves behind."""
 
 from __future__ import annotations
 

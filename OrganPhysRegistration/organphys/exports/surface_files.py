@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..ground.atomic_file import atomic_path, write_bytes
-from ..ground.checks import InputError, one_of
+from ..ground.atomic_file import write_bytes
+from ..ground.checks import one_of
 from .surface_mesh import FRAMES, SurfaceMesh
+from .vtk_xml import polydata_bytes
 
 
 def write_surface(path: str | os.PathLike[str], mesh: SurfaceMesh, *, format: str = "") -> None:
@@ -72,7 +73,6 @@ def _write_vtp(path: str | os.PathLike[str], mesh: SurfaceMesh) -> None:
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
-    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
     points, cells, data = vtkPoints(), vtkCellArray(), vtkPolyData()
     points.SetData(numpy_to_vtk(np.ascontiguousarray(mesh.vertices), deep=True))
@@ -89,12 +89,7 @@ def _write_vtp(path: str | os.PathLike[str], mesh: SurfaceMesh) -> None:
         text.SetName(name)
         text.InsertNextValue(value)
         data.GetFieldData().AddArray(text)
-    with atomic_path(path) as temporary:
-        writer = vtkXMLPolyDataWriter()
-        writer.SetFileName(str(temporary))
-        writer.SetInputData(data)
-        if not writer.Write():
-            raise InputError(f"{path}: cannot be written; choose an output folder that you may write to")
+    write_bytes(path, polydata_bytes(data))
 
 
 WRITERS: dict[str, Callable[[str | os.PathLike[str], SurfaceMesh], None]] = {

@@ -7,8 +7,9 @@ import os
 import numpy as np
 
 from ..asset.registered_organ import RegisteredOrgan
-from ..ground.atomic_file import atomic_path
+from ..ground.atomic_file import write_bytes
 from ..ground.checks import Array, InputError
+from .vtk_xml import polydata_bytes
 
 
 def write_surface_vtp(path: str | os.PathLike[str], organ: RegisteredOrgan, distance_mm: Array | None = None) -> None:
@@ -22,7 +23,6 @@ def write_surface_vtp(path: str | os.PathLike[str], organ: RegisteredOrgan, dist
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
-    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
     vertices, faces = organ.surface(frame="scene")
     distance = np.full(len(vertices), np.nan) if distance_mm is None else np.asarray(distance_mm, dtype=np.float64)
@@ -49,9 +49,4 @@ def write_surface_vtp(path: str | os.PathLike[str], organ: RegisteredOrgan, dist
     space.SetName("SPACE")
     space.InsertNextValue("RAS")
     data.GetFieldData().AddArray(space)
-    with atomic_path(path) as temporary:
-        writer = vtkXMLPolyDataWriter()
-        writer.SetFileName(str(temporary))
-        writer.SetInputData(data)
-        if not writer.Write():
-            raise InputError(f"{path}: cannot be written; choose an output folder that you may write to")
+    write_bytes(path, polydata_bytes(data))

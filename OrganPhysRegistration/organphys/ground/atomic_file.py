@@ -11,8 +11,10 @@ from pathlib import Path
 
 from .checks import InputError
 from .hidden_folder import claim, clear, missing_parents, release, remove_empty
+from .interrupts import interrupts_held
 
 _FULL = {errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)}
+_BLOCK = 4096  # bytes that no file system keeps elsewhere than in the files
 
 
 @contextmanager
@@ -36,14 +38,16 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     try:
         temporary = folder / target.name
         yield temporary
+        os.write(handle, bytes(_BLOCK))  # some writers do not notice that the disk is full; this does
         os.replace(temporary, target)
     except OSError as error:
         if error.filename not in (None, str(temporary)):
             raise  # another file's: the block reads or writes that too
         raise unwritable(target, error) from error
     finally:
-        release(folder, handle)
-        remove_empty(made)
+        with interrupts_held():
+            release(folder, handle)
+            remove_empty(made)
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:

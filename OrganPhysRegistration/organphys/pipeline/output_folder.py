@@ -5,8 +5,6 @@ from __future__ import annotations
 import errno
 import os
 import shutil
-import signal
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +12,7 @@ from pathlib import Path
 from ..ground.atomic_file import unwritable
 from ..ground.checks import InputError
 from ..ground.hidden_folder import claim, clear, missing_parents, release, remove_empty
+from ..ground.interrupts import interrupts_held
 
 MAKING, WHOLE = "making", "whole"
 
@@ -114,17 +113,3 @@ def _leave(hidden: Path, handle: int) -> None:
         os.close(handle)
     else:
         release(hidden, handle)
-
-
-@contextmanager
-def interrupts_held() -> Iterator[None]:
-    """Ctrl-C and SIGTERM are ignored for the length of the block; only the main thread may ask for that."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
