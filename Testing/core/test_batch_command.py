@@ -197,7 +197,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("threads", "asked"), [(2, []), (1, [2]), (0, [2])])
 def test_workers_that_are_gone_for_good_are_started_anew(threads: int, asked: list[int]) -> None:
-    """On a busy machine Dask gives a dead worker up before it is back; Testing/benchmarks/batch_faults.py meets that."""
+    """Dask gives a dead worker up that is not back in time: see batch_faults.py among the benchmarks."""
     found: list[int] = []
     ours = SimpleNamespace(cluster=SimpleNamespace(worker_spec={0: {}, 1: {}}, scale=found.append))
     batch_cluster.refill(ours, threads)
