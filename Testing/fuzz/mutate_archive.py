@@ -92,6 +92,7 @@ def mutate_array(data: bytes, rng: Rng) -> bytes:
     else:
         header = bytes(pick(rng, (b"-" * 9000 + b"1", b"(" * 150, b"{}", b"__import__('os').abort()", b"[" * 9000)))
     version = pick(rng, (b"\x01\x00", b"\x01\x00", b"\x01\x00", b"\x02\x00", b"\x03\x00", b"\x09\x00"))
+    header = header[:65_000]
     length = struct.pack("<H" if version[0] == 1 else "<I", len(header) + 1)
     return b"\x93NUMPY" + version + length + header + b"\n" + data[data.find(b"\n") + 1 :]
 

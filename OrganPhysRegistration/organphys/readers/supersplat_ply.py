@@ -20,6 +20,7 @@ from .ply_columns import Rows, blocks, stack_columns
 from .ply_header import PlyHeader
 
 CHUNK = 256
+LARGEST_BOUND = 1e30  # of single precision's 3e38
 PACKED = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
 POSITION_BOUNDS = (("min_x", "min_y", "min_z"), ("max_x", "max_y", "max_z"))
 SCALE_BOUNDS = (("min_scale_x", "min_scale_y", "min_scale_z"), ("max_scale_x", "max_scale_y", "max_scale_z"))
@@ -76,7 +77,7 @@ def decode_gaussians(rows: dict[str, Rows], *, progress: Progress = no_progress)
         log_scales=_within(scales, chunk, everything, SCALE_BOUNDS),
         quaternions=_unpack_rotation(_words(vertex, everything, "packed_rotation")),
         opacity_logits=logit_from_opacity(cloud.opacities),
-        sh_dc=(colours[:, :3] - np.float32(0.5)) / np.float32(SH_C0),
+        sh_dc=_sh_dc(colours[:, :3]),
         sh_rest=_sh_rest(rows.get("sh"), len(vertex)),
         valid=cloud.valid,
         extra={n: np.array(vertex[n]) for n in vertex.dtype.names or () if n not in PACKED},
@@ -134,6 +135,13 @@ def _sh_rest(sh: Rows | None, count: int) -> Floats:
     return values.reshape(count, 3, len(names) // 3)
 
 
+def _sh_dc(colours: Floats) -> Floats:
+    with np.errstate(over="ignore", invalid="ignore"):  # broken bounds are masked by _finite_chunks
+        return np.asarray((colours - np.float32(0.5)) / np.float32(SH_C0), dtype=np.float32)
+
+
 def _finite_chunks(chunk: Rows) -> NDArray[np.bool_]:
-    finite: NDArray[np.bool_] = np.isfinite(stack_columns(chunk, chunk.dtype.names or ())).all(axis=1)
+    """(N,) bool: whether all bounds of a chunk are numbers with which one can calculate."""
+    bounds = stack_columns(chunk, chunk.dtype.names or ())
+    finite: NDArray[np.bool_] = (np.abs(bounds) <= LARGEST_BOUND).all(axis=1)
     return finite

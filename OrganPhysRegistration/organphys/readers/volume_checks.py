@@ -39,8 +39,9 @@ def check_labels(path: Path, voxels: NDArray[Any]) -> None:
     kind = voxels.dtype.kind
     if kind == "u" or voxels.size == 0:
         return
-    fractions = kind == "f" and not (np.array_equal(voxels, np.rint(voxels)) and voxels.max() <= LARGEST_LABEL)
-    if voxels.min() < 0 or fractions:
+    with np.errstate(invalid="ignore"):  # signalling NaNs, which are no labels either
+        fractions = kind == "f" and not (np.array_equal(voxels, np.rint(voxels)) and voxels.max() <= LARGEST_LABEL)
+    if fractions or voxels.min() < 0:
         raise InputError(f"{path}: holds negative numbers or fractions, so it is an image; give its label map")
 
 
