@@ -20,6 +20,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: a child inherits 
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "core"), str(HERE.parent / "benchmarks")]
 
+from big import run_big  # noqa: E402
 from commands import NAMES, Commands  # noqa: E402
 from draw import draw  # noqa: E402
 from scene_part import run_scene_trials  # noqa: E402
@@ -36,6 +37,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--scene-trials", type=int, default=300, help="of the Slicer modules, likewise")
     parser.add_argument("--seed", type=int, default=0, help="another one gives other faults")
     parser.add_argument("--minutes", type=float, default=1e9, help="of processor time for the commands, then it stops")
+    parser.add_argument("--big", action=argparse.BooleanOptionalAction, default=True, help="a large CT and splat too")
     parser.add_argument("--again", action="store_true", help="forget earlier failures and try these trials again")
     parser.add_argument("--results", type=Path, default=HERE.parent / "benchmarks" / "RESULTS.md")
     options = parser.parse_args(arguments)
@@ -45,6 +47,9 @@ def main(arguments: list[str] | None = None) -> int:
     if options.again:
         state["commands"] = {key: row for key, row in state["commands"].items() if not row["failure"]}
     _commands(options, state)
+    if options.big:
+        run_big(state)
+        _save(state)
     run_scene_trials(options.scene_trials, state, _save)
     write_results(options.results, state, options.trials, options.scene_trials)
     scenes = state["scenes"].values()
