@@ -48,6 +48,7 @@ def main(arguments: list[str] | None = None) -> int:
         tally = state.setdefault(f"{options.seed}:{reader}", Tally())
         if tally.failures:
             spent += _again(corpus, options, reader, tally)
+            save_state(options.out, state)
         while tally.tried < options.inputs and spent < 60 * options.minutes:
             last = min(tally.tried + BATCH, options.inputs)
             spent += _batch(corpus, options, reader, last, tally)
