@@ -16,6 +16,9 @@ FIXED = (
     "the next run finishes the move",
     "kill -9 left hidden temporary files and folders that no later run removed",
     "two runs into one folder at once both ran to the end and mixed their files; the second is now refused at once",
+    "a .vtp cut short by a full disk was taken for written, because VTK's writer says nothing; in a folder of results "
+    "VTK's own words came on stderr beside the one line",
+    "Ctrl-C while a hidden folder was removed left it there beside whole results",
     "a disk that filled up in numpy's, Pillow's, matplotlib's or plyfile's writing gave a traceback, not one line",
     "an output folder made for a file that could then not be written stayed behind, empty",
     "Ctrl-C while the last words were printed said that nothing was written although all was",
@@ -39,7 +42,8 @@ def write_results(path: Path, state: dict, trials: int, scene_trials: int) -> No
         "again), and what a second run without a fault makes of what is left. Older: the older results are "
         "untouched, or nothing is there where nothing was. New: all new results are there. Between: killed while files "
         "moved into a folder that was there; the second run finished it. Lost: results broken, mixed or gone, or a "
-        "second run that fails or leaves debris.",
+        "second run that fails or leaves debris. The fixes below were made while the campaign ran; what had failed was "
+        "tried again with the final code, what had passed was not.",
         "",
         "| fault | what | trials | killed | one line | stopped | done | died | older | new | between | lost |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|",
