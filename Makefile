@@ -9,7 +9,7 @@
 # make licences  THIRD_PARTY.md, the licences of all packages
 # make test-wheel  wheel and sdist, installed into an empty environment, run the demo
 # make bench  OrganPhys and its peers on the cases in CASES, as JSON, one HTML page and a part of RESULTS.md (25 minutes
-#             on 2 cores); make bench-full adds sweeps and seeds (hours); both go on where they were stopped
+#             on 2 cores); make bench-full adds sweeps, seeds, scaling, speeds (hours); both go on where stopped
 # make clean  remove the environment and what the demo wrote
 #
 # Needs Python >= 3.10 and the network on the first call. Another interpreter: make demo PYTHON=/path/to/python3
@@ -56,6 +56,10 @@ bench: setup-test
 
 bench-full: setup-test
 	$(BIN)/organphys-bench --cases "$(CASES)" --out "$(BENCH)" --full
+	$(BIN)/python Testing/benchmarks/scaling.py
+	$(BIN)/python Testing/benchmarks/scaling.py --target
+	$(BIN)/python Testing/benchmarks/parts_speed.py --keep
+	$(BIN)/python Testing/benchmarks/gpu_speed.py
 
 docs: $(VENV)/.installed-docs
 	$(BIN)/python -m sphinx -W --keep-going -q Resources/Docs build/docs
