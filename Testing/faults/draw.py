@@ -23,7 +23,7 @@ def draw(seed: int, number: int, names: tuple[str, ...], sizes: dict[str, Size],
         kind = WHOLE[int(rng.choice(3, p=[0.5, 0.4, 0.1]))]
         name = str(rng.choice(WHOLE_NAMES))
         longest = {"register": 6.0, "simulate": 3.0}[name]  # s of processor time; later is after the end
-        at = rng.uniform(1, 400) * MEGABYTE if kind.startswith("memory") else longest * np.sqrt(rng.random())
+        at = rng.uniform(1, 60) * MEGABYTE if kind.startswith("memory") else longest * np.sqrt(rng.random())
         return name, Fault(kind, float(at)), older
     name = names[number % len(names)]
     shares = {kind: share for kind, share in SHARES.items() if mounts or kind not in ("disk", "read-only")}
@@ -37,5 +37,5 @@ def _moment(kind: str, size: Size, rng: np.random.Generator) -> float:
     if kind == "disk":
         return int(rng.uniform(0.1, 1.5) * size.total) + 16384 * (len(size.names) + 8)
     if kind == "memory":
-        return int(rng.uniform(0.1, 60) * MEGABYTE)
+        return int(rng.uniform(0.01, 3) * MEGABYTE)
     return int(rng.integers(1, size.events + 1))

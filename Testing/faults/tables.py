@@ -41,7 +41,7 @@ def write_results(path: Path, state: dict, trials: int, scene_trials: int) -> No
         "the whole command runs, computing included. Judged are exit code, stderr (one line), files (each is read "
         "again), and what a second run without a fault makes of what is left. Older: the older results are "
         "untouched, or nothing is there where nothing was. New: all new results are there. Between: killed while files "
-        "moved into a folder that was there; the second run finished it. Lost: results broken, mixed or gone, or a "
+        "moved into a folder that was there, or the disk refused the moves; the second run finished it. Lost: results broken, mixed or gone, or a "
         "second run that fails or leaves debris. The fixes below were made while the campaign ran; what had failed was "
         "tried again with the final code, what had passed was not.",
         "",
@@ -94,11 +94,11 @@ def _scenes(scenes: list[dict], growth: dict) -> list[str]:
     ]
     memory = growth.get("memory_mb", [])
     if memory:
-        late = np.array(memory[len(memory) * 2 // 5 :])
+        after = ", ".join(f"{memory[k]:.0f} MB ({k + 1})" for k in range(0, len(memory), max(1, len(memory) // 10)))
         lines += [
-            f"Memory over {len(memory)} whole runs in new scenes: {memory[0]:.0f} MB after the first, {late[0]:.1f} MB "
-            f"after {len(memory) - len(late) + 1}, {memory[-1]:.1f} MB after the last: "
-            f"{(late[-1] - late[0]) / (len(late) - 1):.3f} MB a run in the later part.",
+            f"Resident memory over {len(memory)} whole runs, each in a new scene, after run: {after}; at the end "
+            f"{memory[-1]:.0f} MB. It grows in blocks that the allocator takes; the median step from run to run is "
+            f"{np.median(np.diff(memory)):.3f} MB.",
             "",
         ]
     return lines

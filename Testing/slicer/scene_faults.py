@@ -27,7 +27,8 @@ FAKE = Path(__file__).with_name("fake_server.py")
 INPUTS = ("splat", "segmentation", "landmarks")
 RUN_S, SIMULATION_S = 1.2, 0.3  # the moment of the fault: up to so long after the start
 FINENESS = {"handles": 6, "quadrature": 120}
-MAKERS = ("cancel", "delete", "close")
+GOES_ON = ("delete pins", "delete Pinned regions")  # the list it was pinned by, and its picture of the pins
+ACTS = ("cancel", "delete", "close")
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ def registration_trial(
     run = logic.startRun(inputs, onFailed=lambda code, _: told.append(code))
     at = float(rng.uniform(0, RUN_S))
     host.wait(at)
-    act = str(rng.choice(MAKERS))
+    act = str(rng.choice(ACTS))
     over = run.finished
     if act == "cancel":
         run.cancel()
@@ -124,7 +125,7 @@ def simulation_trial(
     logic.run()
     at = float(rng.uniform(0, SIMULATION_S))
     host.wait(at)
-    act = str(rng.choice(MAKERS))
+    act = str(rng.choice(ACTS))
     if act == "cancel":
         logic.closeSimulation()
     elif act == "close":
@@ -133,7 +134,7 @@ def simulation_trial(
         act = _delete(rng, [organ, splat, pins, *own_nodes()])
     host.process()
     host.wait(0.03)
-    if act == "delete pins":  # the simulation does without the list it was pinned by
+    if act in GOES_ON:
         logic.closeSimulation()
     own = [node.GetName() for node in own_nodes()]
     wrong = f"{act}: {own} are left" if own or logic.session is not None or logic.running else ""
