@@ -41,7 +41,8 @@ def write_results(path: Path, state: dict, trials: int, scene_trials: int) -> No
         "the whole command runs, computing included. Judged are exit code, stderr (one line), files (each is read "
         "again), and what a second run without a fault makes of what is left. Older: the older results are "
         "untouched, or nothing is there where nothing was. New: all new results are there. Between: killed while files "
-        "moved into a folder that was there, or the disk refused the moves; the second run finished it. Lost: results broken, mixed or gone, or a "
+        "moved into a folder that was there, or the disk "
+        "refused the moves; the second run finished it. Lost: results broken, mixed or gone, or a "
         "second run that fails or leaves debris. The fixes below were made while the campaign ran; what had failed was "
         "tried again with the final code, what had passed was not.",
         "",
