@@ -31,7 +31,8 @@ def pytest_configure(config: Any) -> None:
 
 def pytest_sessionfinish(session: Any) -> None:
     if "ORGANPHYS_RAISED" in os.environ:
-        with open(os.environ["ORGANPHYS_RAISED"], "a", encoding="utf-8") as file:
+        path = os.environ["ORGANPHYS_RAISED"]
+        with open(path, "a", encoding="utf-8", errors="backslashreplace") as file:  # names of files may be no text
             file.writelines(f"{text}\n" for text in sorted(RAISED))
 
 

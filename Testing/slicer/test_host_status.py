@@ -18,6 +18,7 @@ def run_pytest(folder: Path, content: str, **environment: str) -> subprocess.Com
     (folder / "test_case.py").write_text(content)
     command = [sys.executable, "-m", "pytest", "-p", "conftest", "-p", "no:cacheprovider", "-rs", "test_case.py"]
     environment = {**os.environ, "PYTHONPATH": str(HERE), "ORGANPHYS_REQUIRE_SLICER_TESTS": "0", **environment}
+    environment.pop("PYTEST_ADDOPTS", None)  # meant for the tests that run this one
     return subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False
     )
