@@ -78,4 +78,5 @@ def path_crosses(start: PathStart, new: PlacedPart, end: Array) -> bool:
         return False
     a, b = a[turned], b[turned]
     pieces = int(np.clip(np.ceil(4 * np.sqrt(squared.max()) / shape.radius), 4, 100))
-    return any(bool((shape.gap_and_normal(a + t * (b - a))[0] < 0).any()) for t in np.linspace(0, 1, pieces + 1))
+    along = np.linspace(0, 1, pieces + 1)[:, None, None]
+    return bool((shape.gap_and_normal((a + along * (b - a)).reshape(-1, 3))[0] < 0).any())
