@@ -66,7 +66,7 @@ def unwritable(target: Path, error: OSError) -> InputError:
     reason = error.strerror or str(error)
     if error.errno in _FULL:
         return InputError(f"{target}: cannot be written ({reason}); make room there or choose another output folder")
-    return InputError(f"{target}: cannot be written ({reason}); choose an output folder that you may write to")
+    return InputError(f"{target}: cannot be written ({reason}); choose another output folder, where you may write")
 
 
 def _hidden(target: Path) -> tuple[Path, int]:
