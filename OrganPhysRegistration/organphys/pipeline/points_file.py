@@ -10,7 +10,7 @@ import numpy as np
 
 from ..ground.checks import LARGEST, Array, InputError, as_points
 from ..ground.npy_header import npy_header
-from ..readers.plain_numbers import number_of
+from ..readers.plain_numbers import is_number, number_of
 
 MAX_HEADER_BYTES = 10_000
 
@@ -63,7 +63,7 @@ def _read_csv(path: Path) -> list[list[float]]:
     if not rows:
         raise InputError(f"{path}: no points in the file; give one x,y,z per line")
     columns, first = [0, 1, 2], 0
-    if not _is_number(rows[0][0]):
+    if not is_number(rows[0][0]):
         names, first = [cell.strip().lower() for cell in rows[0]], 1
         if not {"x", "y", "z"} <= set(names):
             got = ", ".join(names)[:80]
@@ -81,11 +81,3 @@ def _numbers(row: list[str], columns: list[int], path: Path, number: int) -> lis
         return [number_of(row[column]) for column in columns]
     except (ValueError, IndexError) as error:
         raise InputError(f"{path}: row {number} is not three numbers x,y,z") from error
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

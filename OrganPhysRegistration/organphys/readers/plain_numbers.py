@@ -29,3 +29,12 @@ def number_of(text: str | None) -> float:
     if "_" in text or not text.isascii():
         raise ValueError(f"{text[:40]!r} is no number")
     return float(text) if text else float("nan")
+
+
+def is_number(text: str) -> bool:
+    """Whether Python reads ``text`` as a number, infinite ones too: what tells a header from a row."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from html import escape
 
+from organphys.readers.plain_numbers import is_number
+
 
 @dataclass(frozen=True)
 class Table:
@@ -49,18 +51,10 @@ class Table:
         """Places of the smallest number of each column in ``best``."""
         found = set()
         for k in self.best:
-            numbers = {i: float(row[k]) for i, row in enumerate(self.rows) if _is_number(row[k])}
+            numbers = {i: float(row[k]) for i, row in enumerate(self.rows) if is_number(row[k])}
             found |= {(i, k) for i, number in numbers.items() if number == min(numbers.values())}
         return found
 
 
 def _cell(text: str, bold: bool) -> str:
     return f"<td><b>{escape(text)}</b></td>" if bold else f"<td>{escape(text)}</td>"
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
