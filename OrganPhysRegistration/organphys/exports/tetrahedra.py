@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from importlib.util import find_spec
 from typing import NamedTuple
 
@@ -45,7 +46,7 @@ class TetrahedralMesh:
     nodes: Array
     cells: NDArray[np.int64]
 
-    @property
+    @cached_property
     def volumes(self) -> Array:
         """Signed volumes (M,)."""
         a, b, c, d = (self.nodes[self.cells[:, k]] for k in range(4))

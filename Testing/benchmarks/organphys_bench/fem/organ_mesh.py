@@ -26,16 +26,8 @@ class Carried:
 
 
 @dataclass(frozen=True)
-class OrganMesh:
-    """nodes (N, 3), cells (M, 4) of positive volume."""
-
-    nodes: Array
-    cells: NDArray[np.int64]
-
-    @cached_property
-    def volumes(self) -> Array:
-        """(M,)."""
-        return TetrahedralMesh(self.nodes, self.cells).volumes
+class OrganMesh(TetrahedralMesh):
+    """Tetrahedra as finite elements."""
 
     @cached_property
     def slopes(self) -> Array:
@@ -69,8 +61,6 @@ class OrganMesh:
 
 def mesh_of(organ: Organ, *, cells: int) -> tuple[Array, NDArray[np.int64]]:
     """Nodes (N, 3) in RAS mm and tetrahedra of the organ, about ``cells`` of them."""
-    edge = (6 * np.sqrt(2) * organ.volume_ml * 1000 / cells) ** (
-        1 / 3
-    )  # regular tetrahedra: volume edge^3 / (6 sqrt 2)
-    mesh = tetrahedra(organ.vertices, organ.faces, edge=float(edge))
+    cubed = 6 * np.sqrt(2) * organ.volume_ml * 1000 / cells  # regular tetrahedra: volume edge^3 / (6 sqrt 2)
+    mesh = tetrahedra(organ.vertices, organ.faces, edge=float(cubed ** (1 / 3)))
     return mesh.nodes, mesh.cells
