@@ -20,9 +20,9 @@ from .splat_surface import SplatSurface
 Mask = NDArray[np.bool_]
 
 UNSEEN = 0.8  # cost of organ tissue that faces the camera where nothing is known, or huge organs hide outside the view
+BEYOND_CUT = 0.3  # the same beyond a cut edge, where tissue is expected: a little more than where an organ fits
 OFF_CUT = 6  # pixels from a cut within which an outline may belong to the cut
 OFF_EDGE = 1e-6  # pixels between the outermost points and the edge of theirs: on it, rounding would choose the pixel
-BEYOND_CUT = 0.3  # the same beyond a cut edge, where tissue is expected: a little more than where an organ fits
 
 
 @dataclass(frozen=True)

@@ -60,18 +60,15 @@ class ReducedBasis:
 
     def displacement(self, z: Array, points: Array) -> Array:
         """Phi Z (N, 3) at points (N, 3) for Z (4H, 3), without Phi: a half of its time."""
-        affine = self.weights.mixed(self._handle_columns(z), points).reshape(-1, 4, 3)
-        moved: Array = np.einsum("nm,nma->na", points, affine[:, :3]) + affine[:, 3]
-        return moved
+        return _applied(self.weights.mixed(self._handle_columns(z), points).reshape(-1, 4, 3), points)
 
     def displacement_and_gradient(self, z: Array, points: Array) -> tuple[Array, Array]:
         """Phi Z (N, 3) and its derivative (N, 3, 3), [a, m] = d u_a / d X_m, without Phi: a third of its time."""
         values, gradients = self.weights.mixed_with_gradient(self._handle_columns(z), points)
         affine, slopes = values.reshape(-1, 4, 3), gradients.reshape(-1, 4, 3, 3)
-        moved = np.einsum("nm,nma->na", points, affine[:, :3]) + affine[:, 3]
         gradient = np.einsum("nj,njam->nam", points, slopes[:, :3]) + slopes[:, 3]
         gradient += affine[:, :3].transpose(0, 2, 1)
-        return moved, gradient
+        return _applied(affine, points), gradient
 
     def _handle_columns(self, z: Array) -> Array:
         """The handles' 3 x 4 matrices, transposed, as rows (H, 12)."""
@@ -104,3 +101,9 @@ def raw_phi(values: Array, points: Array) -> Array:
     np.multiply(values[:, :, None], points[:, None, :], out=out[:, :, :3])
     out[:, :, 3] = values
     return out.reshape(len(points), -1)
+
+
+def _applied(affine: Array, points: Array) -> Array:
+    """What affine maps (N, 4, 3), transposed, make of points (N, 3)."""
+    moved: Array = np.einsum("nm,nma->na", points, affine[:, :3]) + affine[:, 3]
+    return moved
