@@ -20,7 +20,7 @@ TAKERS: dict[str, tuple[int | None, int]] = {
     "InputError": (None, 0), "Notice": (0, 1), "Reason": (0, 2), "_above": (0, 3),
     "_fail": (None, -1), "onStopped": (None, 0),
 }  # fmt: skip
-GIVERS = re.compile(r"(problems|warnings?|_messages|one_line|why_not|_told)$")  # functions that return messages
+GIVERS = re.compile(r"(problems|warnings?|_messages|message_of|why_not|_told)$")  # functions that return messages
 LEAST_LETTERS = 8
 
 

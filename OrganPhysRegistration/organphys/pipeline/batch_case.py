@@ -14,7 +14,7 @@ from ..ground.progress import no_progress
 from .batch_folder import CaseFolder
 from .batch_lock import case_lock
 from .batch_records import BUSY, DONE, FAILED, KEPT, BatchCase, Outcome, Work
-from .command_line import one_line
+from .command_line import message_of
 from .processor import one_blas_thread
 from .provenance import provenance_of
 
@@ -49,7 +49,7 @@ def _worked(case: BatchCase, folder: CaseFolder, work: Work) -> Outcome:
 
 def _failed(folder: CaseFolder, error: Exception) -> Outcome:
     """The error in one line; its traceback goes to errors/NAME.txt."""
-    message = one_line(error) if isinstance(error, (ValueError, OSError, MemoryError)) else None
+    message = message_of(error) if isinstance(error, (ValueError, OSError, MemoryError)) else None
     if message is None:
         words = " ".join(str(error).split())
         message = f"error of the program, {type(error).__name__}: {words}; see {folder.error_file}"

@@ -13,6 +13,7 @@ from typing import Any
 from ..ground.atomic_file import write_text
 from ..ground.checks import InputError
 from ..ground.plain_json import dump
+from ..ground.strict_json import parse_json
 from .provenance import fingerprint
 
 RECORD, HIDDEN, ERRORS = "batch.json", ".batch", "errors"
@@ -68,7 +69,7 @@ class CaseFolder:
     def record(self) -> dict[str, Any] | None:
         """What the folder tells of itself; None where no batch has made it."""
         try:
-            record = json.loads((self.place / RECORD).read_text(encoding="utf-8"))
+            record = parse_json((self.place / RECORD).read_text(encoding="utf-8"))
         except (OSError, ValueError):  # not there, or no record: the case is to be done
             return None
         shaped = isinstance(record, dict) and record.get("schema") == SCHEMA and isinstance(record.get("files"), dict)

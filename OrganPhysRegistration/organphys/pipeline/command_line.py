@@ -68,7 +68,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _DONE
     except (ValueError, OSError, MemoryError) as error:
-        message = one_line(error)
+        message = message_of(error)
         if message is None:
             raise
         return _fail(f"organphys: error: {message}", _ERROR)
@@ -91,7 +91,7 @@ def _written(arguments: argparse.Namespace) -> object:
     return found.st_ino, found.st_mtime_ns
 
 
-def one_line(error: Exception) -> str | None:
+def message_of(error: Exception) -> str | None:
     """What to tell the user; None for an error of the program itself, which keeps its traceback."""
     from ..ground.checks import InputError
 
