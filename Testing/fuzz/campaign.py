@@ -20,7 +20,7 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "core"), str(HERE.parent / "benchmarks")]
 
 from results import write_results  # noqa: E402
-from seed_files import write_corpus  # noqa: E402
+from seed_files import CASES, write_corpus  # noqa: E402
 from supervised import Tally, run_jobs  # noqa: E402
 from targets import TARGETS  # noqa: E402
 
@@ -35,13 +35,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--readers", default=",".join(TARGETS), help="separated by commas")
     parser.add_argument("--seed", type=int, default=0, help="another one gives other inputs")
     parser.add_argument("--out", type=Path, default=OUTPUT)
+    parser.add_argument("--cases", type=Path, default=CASES, help="folder of case folders, parts of which are seeds")
     parser.add_argument("--results", type=Path, default=HERE.parent / "benchmarks" / "RESULTS.md")
     parser.add_argument("--minutes", type=float, default=1e9, help="of processor time, then it stops")
     options = parser.parse_args(arguments)
     os.nice(10)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the worker is ended too
     corpus = options.out / "corpus"
-    write_corpus(corpus)
+    write_corpus(corpus, options.cases)
     state = load_state(options.out)
     spent = 0.0
     for reader in options.readers.split(","):
