@@ -110,7 +110,7 @@ def test_conditions_go_to_text_and_back():
     assert sum(c.sweep == "landmarks" for c in full_conditions()) == len(SWEEPS["landmarks"].levels) * 10
 
 
-@pytest.mark.parametrize("text", ["landmarks-6-1", "noise-0.6-0", "outliers-20-2", "visibility-25-0"])
+@pytest.mark.parametrize("text", ["landmarks-6-1", "noise-0.6-0", "outliers-20-2", "cut-10-0", "visibility-25-0"])
 def test_conditions_change_the_case(finished, text):
     from case_inputs import read_case
 
@@ -141,13 +141,24 @@ def test_a_made_splat_shows_the_share_that_was_asked_for(finished):
     assert 0.2 < share < 0.38
 
 
+@pytest.mark.parametrize("percent", [10.0, 15.0])
+def test_a_cut_splat_shows_the_share_that_was_asked_for(finished, percent):
+    from case_inputs import read_case
+    from scipy.spatial import cKDTree
+
+    case = read_case(finished[0] / "tiny")
+    cut = Condition("cut", percent, 1).changed(case)
+    mm, surface = case.truth.mm_per_unit, case.truth.region < 2
+    share = (cKDTree(cut.splat.centres).query(case.truth.points_scene[surface])[0] * mm < 3).mean()
+    assert abs(100 * share - percent) < 4
+    assert len(Condition("cut", 100.0, 1).changed(case).splat) == len(case.splat)
+
+
 def test_case_folders_are_checked(finished, tmp_path):
     assert list(case_folders(finished[0])) == ["tiny"]
     assert list(case_folders(finished[0] / "tiny")) == ["tiny"]
     with pytest.raises(InputError, match="no case in"):
         case_folders(tmp_path)
-    with pytest.raises(InputError, match="no case big"):
-        case_folders(finished[0], frozenset({"big"}))
     (tmp_path / "half").mkdir()
     (tmp_path / "half" / "case.json").write_text("{}", encoding="utf-8")
     with pytest.raises(InputError, match=r"half lacks ct_labels.nii.gz, splat.ply"):
@@ -163,17 +174,40 @@ def test_a_missing_extra_is_told_in_one_line(monkeypatch, capsys, tmp_path):
     assert said == "organphys-bench: pycpd not installed: pip install -e '.[bench]' in a checkout of OrganPhys\n"
 
 
+def plan(*arguments):
+    every = {"a": None, "b": None}
+    return command_line.planned(command_line.parser().parse_args(["--cases", "none", *arguments]), every)
+
+
 def test_the_plan_is_the_baseline_method_by_method_then_the_sweeps():
-    methods = command_line.chosen_methods("paper_figure_8,rigid_icp")
-    assert methods == ["rigid_icp", "paper_figure_8"]
-    with pytest.raises(InputError, match="no method magic"):
-        command_line.chosen_methods("magic")
-    plan = command_line.planned(["a", "b"], methods, full=True)
-    assert [(key.method, key.case) for key in plan[:4]] == [
+    keys = plan("--methods", "paper_figure_8,rigid_icp", "--full", "--sweep-methods", "organphys")
+    assert [(key.method, key.case) for key in keys[:4]] == [
         ("rigid_icp", "a"), ("rigid_icp", "b"), ("paper_figure_8", "a"), ("paper_figure_8", "b"),
     ]  # fmt: skip
-    assert {key.method for key in plan[4:]} == {"rigid_icp"}
-    assert len(plan) == 4 + 2 * len(full_conditions())
+    assert {key.method for key in keys[4:]} == {"organphys"}
+    assert len(keys) == 4 + 2 * len(full_conditions())
+    assert [key.condition.seed for key in keys] == sorted(key.condition.seed for key in keys)
+
+
+def test_the_plan_can_be_a_part_of_it():
+    keys = plan("--methods", "", "--full", "--sweeps", "landmarks", "--sweep-cases", "b")
+    assert {(key.case, key.condition.sweep) for key in keys} == {("b", "landmarks")}
+    assert {key.case for key in plan("--only", "a", "--full")} == {"a"}
+    for arguments, word in (("--methods", "method"), ("--only", "case"), ("--sweep-cases", "case")):
+        with pytest.raises(InputError, match=f"no {word} magic"):
+            plan(arguments, "magic", "--full")
+    with pytest.raises(InputError, match="no sweep magic"):
+        plan("--sweeps", "magic", "--full")
+
+
+def test_no_run_begins_when_the_minutes_are_over(tmp_path, monkeypatch):
+    said, asked = [], []
+    monkeypatch.setattr("organphys_bench.runs.pool.run_one", lambda key, *_: asked.append(key) or "done")
+    run_all([KEY], {"tiny": tmp_path}, tmp_path, jobs=1, minutes=-1.0, tell=said.append)
+    assert asked == []
+    assert said == ["1 runs are left for another time: -1 minutes are over"]
+    run_all([KEY], {"tiny": tmp_path}, tmp_path, jobs=1, minutes=5.0, tell=said.append)
+    assert asked == [KEY]
 
 
 def test_a_table_sets_the_smallest_in_bold_and_keeps_its_shape():

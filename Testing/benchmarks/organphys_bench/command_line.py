@@ -1,10 +1,11 @@
 """organphys-bench: methods x cases against known truth, as JSON and one HTML page.
 
-    organphys-bench --cases DIR [--methods rigid_icp,organphys] [--out DIR] [--full]
+    organphys-bench --cases DIR [--methods rigid_icp,organphys] [--out DIR] [--full] [--minutes M]
 
 DIR holds case folders (case.json, ct_labels.nii.gz, splat.ply, landmarks.mrk.json, truth.npz). Runs that are finished
-are kept in OUT/runs and not repeated; remove a file there to run it again. --full adds sweeps over landmarks, noise,
-outliers and the share of the organ that is seen; it takes hours and goes on where it was stopped.
+are kept in OUT/runs and not repeated; remove a file there to run it again. The report is of all that OUT holds of these
+cases. --full adds sweeps over landmarks, noise, outliers and the share of the organ that is seen; it takes hours, or
+--minutes of them at a time, and goes on where it was stopped.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -20,13 +22,13 @@ from organphys.ground.checks import InputError
 from . import SCRIPTS
 from .peers.methods import METHODS
 from .runs.case_folders import case_folders
-from .runs.conditions import Condition, full_conditions
+from .runs.conditions import SWEEPS, Condition, full_conditions
 from .runs.pool import run_all
 from .runs.run_file import RunKey, read_runs
 
 EXTRA = {"pycpd": "pycpd", "trimesh": "trimesh", "pytetwild": "pytetwild", "pyvista": "pyvista", "meshio": "meshio"}
 USUAL = ",".join(name for name in METHODS if name != "fem_icp_fine")  # which takes as long as several others
-NO_SWEEP = ("paper_figure_8", "fem_icp_fine")
+SWEPT = "similarity_icp,organphys"
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -49,6 +51,10 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("--only", default="", help="names of cases, separated by commas (default: all)")
     found.add_argument("--out", type=Path, default=Path("organphys-bench"), help="where runs and report go")
     found.add_argument("--full", action="store_true", help="sweeps too")
+    found.add_argument("--sweeps", default=",".join(SWEEPS), help=f"which, of {', '.join(SWEEPS)} (default: all)")
+    found.add_argument("--sweep-methods", default=SWEPT, help=f"which methods the sweeps run (default: {SWEPT})")
+    found.add_argument("--sweep-cases", default="", help="which cases the sweeps run (default: all)")
+    found.add_argument("--minutes", type=float, help="begin no run later than this (default: no limit)")
     found.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="runs at a time (default: the cores)")
     found.add_argument("--results", type=Path, help="also write the main table as a part of this Markdown file")
     found.add_argument("--report-only", action="store_true", help="report on what has run, run nothing")
@@ -68,39 +74,50 @@ def run(options: argparse.Namespace) -> None:
     """Run what is missing, then write the report."""
     from .report.write_report import write_report
 
-    cases = case_folders(options.cases, frozenset(filter(None, options.only.split(","))))
-    keys = planned(list(cases), chosen_methods(options.methods), full=options.full)
+    every = case_folders(options.cases)
+    keys = planned(options, every)
     if not options.report_only:
-        run_all(keys, cases, options.out, jobs=max(1, options.jobs), tell=lambda line: print(line, flush=True))
-    wanted = {(key.case, key.method, key.condition.text) for key in keys}
-    runs = [run for run in read_runs(options.out) if (run["case"], run["method"], _text(run)) in wanted]
+        jobs = max(1, options.jobs)
+        run_all(keys, every, options.out, jobs=jobs, minutes=options.minutes, tell=partial(print, flush=True))
+    runs = [run for run in read_runs(options.out) if run["case"] in every]
     if not runs:
-        raise InputError(f"--report-only: nothing has run in {options.out}")
-    some = "" if options.methods == USUAL else f" --methods {options.methods}"
-    command = f"organphys-bench --cases {options.cases.name}{some}{' --full' if options.full else ''}"
-    for path in write_report(runs, cases, options.out, command=command, results=options.results):
+        raise InputError(f"nothing has run in {options.out}")
+    swept = any(run["condition"] != vars(Condition()) for run in runs)
+    command = f"organphys-bench --cases {options.cases.name}{' --full' if swept else ''}"
+    for path in write_report(runs, every, options.out, command=command, results=options.results):
         print(path)
+
+
+def chosen_cases(text: str, every: list[str]) -> list[str]:
+    """Names, all for an empty text; InputError for one that does not exist."""
+    return _chosen(text or ",".join(every), every, "case")
+
+
+def chosen_sweeps(text: str) -> list[str]:
+    """Names of sweeps; InputError for one that does not exist."""
+    return _chosen(text, list(SWEEPS), "sweep")
 
 
 def chosen_methods(text: str) -> list[str]:
     """Names, in the order of METHODS; InputError for one that does not exist."""
+    return _chosen(text, list(METHODS), "method")
+
+
+def _chosen(text: str, known: list[str], kind: str) -> list[str]:
+    """Those of ``known`` that ``text`` names, separated by commas, in the order of ``known``."""
     names = set(filter(None, text.split(",")))
-    if unknown := names - set(METHODS):
-        raise InputError(f"--methods: no method {', '.join(sorted(unknown))}; there are {', '.join(METHODS)}")
-    return [name for name in METHODS if name in names]
+    if unknown := names - set(known):
+        raise InputError(f"no {kind} {', '.join(sorted(unknown))}; there are {', '.join(known)}")
+    return [name for name in known if name in names]
 
 
-def planned(cases: list[str], methods: list[str], *, full: bool) -> list[RunKey]:
-    """The baseline first, method by method, then the sweeps: what has run when it is stopped makes whole tables."""
-    conditions = [Condition(), *(full_conditions() if full else ())]
-    return [
-        RunKey(case, method, condition)
-        for condition in conditions
-        for method in methods
-        for case in cases
-        if condition == Condition() or method not in NO_SWEEP
-    ]
-
-
-def _text(run: dict) -> str:
-    return Condition(**run["condition"]).text
+def planned(options: argparse.Namespace, every: dict[str, Path]) -> list[RunKey]:
+    """The baseline first, method by method, then the sweeps, one seed of everything after the other: what has run when
+    it is stopped makes whole tables and curves."""
+    cases, swept = (chosen_cases(text, list(every)) for text in (options.only, options.sweep_cases))
+    keys = [RunKey(case, method, Condition()) for method in chosen_methods(options.methods) for case in cases]
+    if options.full:
+        conditions, methods = full_conditions(chosen_sweeps(options.sweeps)), chosen_methods(options.sweep_methods)
+        cases = [case for case in cases if case in swept]
+        keys += [RunKey(case, method, condition) for condition in conditions for case in cases for method in methods]
+    return keys

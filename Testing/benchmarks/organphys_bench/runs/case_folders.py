@@ -9,17 +9,13 @@ from organphys.ground.checks import InputError
 FILES = ("case.json", "ct_labels.nii.gz", "splat.ply", "landmarks.mrk.json", "truth.npz")
 
 
-def case_folders(folder: Path, only: frozenset[str] = frozenset()) -> dict[str, Path]:
-    """{name: folder} of the cases in ``folder``, or of ``folder`` itself if it is one; ``only``: those names.
+def case_folders(folder: Path) -> dict[str, Path]:
+    """{name: folder} of the cases in ``folder``, or of ``folder`` itself if it is one.
 
     InputError where there is none, or one lacks a file.
     """
     here = [folder] if (folder / "case.json").exists() else sorted(path.parent for path in folder.glob("*/case.json"))
     cases = {path.resolve().name: path.resolve() for path in here}
-    unknown = only - set(cases)
-    if unknown:
-        raise InputError(f"--only: no case {', '.join(sorted(unknown))} in {folder}; there are {', '.join(cases)}")
-    cases = {name: path for name, path in cases.items() if not only or name in only}
     if not cases:
         raise InputError(f"--cases: no case in {folder}; a case is a folder with {', '.join(FILES)}")
     for name, path in cases.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -25,13 +26,15 @@ class Sweep:
     seeds: int
 
 
+CUT = (10, 15, 20, 25, 30)
 SWEEPS = {
     sweep.name: sweep
     for sweep in (
         Sweep("landmarks", "landmarks moved by, mm", (0, 3, 6, 10), 10),
         Sweep("noise", "noise added to the splat, mm (two components of this standard deviation)", (0.3, 0.6, 1.2), 3),
         Sweep("outliers", "opaque outliers added, % of the splat", (5, 10, 20, 40), 3),
-        Sweep("visibility", "organ surface reconstructed, %", (15, 25, 35, 45, 60), 3),
+        Sweep("cut", "organ surface left in the case's own splat, % (all that it has, where that is less)", CUT, 3),
+        Sweep("visibility", "organ surface reconstructed in a splat made anew, %", (15, 20, 30, 45, 60), 3),
     )
 }
 
@@ -63,7 +66,7 @@ class Condition:
         """The case under this condition."""
         from stress import landmarks_off, noise, outliers
 
-        from .visibility import seen_share
+        from .visibility import cut_share, seen_share
 
         rng = np.random.default_rng([self.seed, 77])
         if self.sweep == "landmarks":
@@ -72,17 +75,19 @@ class Condition:
             return noise(case, rng, sd_mm=self.level)
         if self.sweep == "outliers":
             return outliers(case, rng, share=self.level / 100)
+        if self.sweep == "cut":
+            return cut_share(case, rng, percent=self.level)
         if self.sweep == "visibility":
             return seen_share(case, rng, percent=self.level)
         return case
 
 
-def full_conditions() -> list[Condition]:
-    """Every condition of the full benchmark but the baseline; one seed of everything first."""
+def full_conditions(sweeps: Sequence[str] = tuple(SWEEPS)) -> list[Condition]:
+    """Every condition of the named sweeps; one seed of everything first."""
     all_of_them = [
-        Condition(sweep.name, level, seed)
-        for sweep in SWEEPS.values()
-        for level in sweep.levels
-        for seed in range(sweep.seeds)
+        Condition(name, level, seed)
+        for name in sweeps
+        for level in SWEEPS[name].levels
+        for seed in range(SWEEPS[name].seeds)
     ]
     return sorted(all_of_them, key=lambda condition: condition.seed)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
@@ -17,21 +19,42 @@ TIMEOUT_S = 3600
 
 
 def run_all(
-    keys: Sequence[RunKey], folders: dict[str, Path], out: Path, *, jobs: int, tell: Callable[[str], None]
+    keys: Sequence[RunKey],
+    folders: dict[str, Path],
+    out: Path,
+    *,
+    jobs: int,
+    tell: Callable[[str], None],
+    minutes: float | None = None,
 ) -> None:
-    """Run what has no file under ``out`` yet; ``folders``: of the cases by name. Ctrl-C leaves the finished ones."""
+    """Run what has no file under ``out`` yet; ``folders``: of the cases by name. Ctrl-C leaves the finished ones.
+
+    After ``minutes`` no run is begun; those under way are waited for.
+    """
+    end = time.monotonic() + 60 * (math.inf if minutes is None else minutes)
     missing = [key for key in keys if not key.is_done(out)]
     if len(missing) < len(keys):
         tell(f"{len(keys) - len(missing)} of {len(keys)} runs are there already")
     with ThreadPoolExecutor(jobs) as pool:
-        waiting = {pool.submit(run_one, key, folders[key.case], key.path(out)): key for key in missing}
+        waiting = {pool.submit(_run_in_time, end, key, folders[key.case], key.path(out)): key for key in missing}
+        late = 0
         try:
             for number, done in enumerate(as_completed(waiting), 1):
-                key = waiting[done]
-                tell(f"[{number}/{len(missing)}] {key.case}, {key.method}, {key.condition.text}: {done.result()}")
+                key, word = waiting[done], done.result()
+                if word is None:
+                    late += 1
+                else:
+                    tell(f"[{number}/{len(missing)}] {key.case}, {key.method}, {key.condition.text}: {word}")
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
+    if late:
+        tell(f"{late} runs are left for another time: {minutes:g} minutes are over")
+
+
+def _run_in_time(end: float, key: RunKey, folder: Path, path: Path) -> str | None:
+    """``run_one``, or None where it would begin after ``end``, s."""
+    return None if time.monotonic() > end else run_one(key, folder, path)
 
 
 def run_one(key: RunKey, folder: Path, path: Path, *, timeout_s: float = TIMEOUT_S) -> str:

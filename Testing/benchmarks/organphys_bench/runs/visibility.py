@@ -1,4 +1,4 @@
-"""A case whose splat is made anew with a chosen share of the organ's surface reconstructed."""
+"""A case of which less is seen: its own splat cut, or one made anew with a chosen share of the organ's surface."""
 
 from __future__ import annotations
 
@@ -20,6 +20,26 @@ if TYPE_CHECKING:
 
 GAUSSIANS = 40_000
 NOISE_MM = 0.3
+OPAQUE = 0.1  # Gaussians above this opacity are surface
+
+
+def cut_share(case: CaseInputs, rng: np.random.Generator, *, percent: float) -> CaseInputs:
+    """The case's own opaque splat on one side of a plane through the camera, in a random direction, so that ``percent``
+    of the organ's surface is left in it; the case as it is where it shows no more than that."""
+    truth, splat, angle = case.truth, case.splat, rng.uniform(0, 2 * np.pi)
+    left = round(percent / 100 * np.count_nonzero(truth.region < 2))
+    ranked = np.sort(_sideways(truth.points_scene[truth.region == 0], angle))[::-1]
+    if left >= len(ranked):
+        return case
+    kept = np.flatnonzero(splat.valid & (splat.opacities > OPAQUE))
+    kept = kept[_sideways(np.asarray(splat.centres[kept], float), angle) > ranked[left]]
+    valid = np.ones(len(kept), bool)
+    return replace(case, splat=GaussianCloud(splat.centres[kept], splat.opacities[kept], splat.colours[kept], valid))
+
+
+def _sideways(points: Array, angle: float) -> Array:
+    """Image coordinates (N,) of points (N, 3) in the direction ``angle``."""
+    return points[:, :2] / points[:, 2:] @ np.array([np.cos(angle), np.sin(angle)])
 
 
 def seen_share(case: CaseInputs, rng: np.random.Generator, *, percent: float) -> CaseInputs:
