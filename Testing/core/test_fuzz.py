@@ -18,7 +18,8 @@ from supervised import run_jobs  # noqa: E402
 
 INPUTS = {
     "splat": 300, "labels": 250, "landmarks": 300, "pins": 300, "region": 300, "trajectory": 300, "points": 300,
-    "asset": 200, "sequence": 200, "recording": 100, "case": 200,
+    "asset": 200, "sequence": 200, "recording": 100, "case": 200, "outcome": 200,
+    "times": 200, "frames": 200, "cases": 100,
 }  # fmt: skip
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="memory is measured by Linux's /proc")
 SEED = 1

@@ -14,6 +14,7 @@ from organphys.asset.sequence_file import load_sequence
 from organphys.exports.trajectory_file import write_trajectory
 from organphys.ground.atomic_file import write_text
 from organphys.ground.checks import InputError
+from organphys.pipeline.batch_table import read_batch
 from organphys.pipeline.commands_info import run as info
 from organphys.pipeline.evaluation import read_truth
 from organphys.pipeline.points_file import read_points
@@ -29,6 +30,8 @@ FILES: dict[str, tuple[str, str, Callable[[Path], object]]] = {
     "1 of its 1 files are missing": ("list.txt", "nothing.ply", lambda path: splat_files(str(path))),
     "expected 3 rising numbers": ("times.txt", "0\n1\n", lambda path: frame_times(3, file=str(path))),
     "one number of seconds per line": ("words.txt", "now", lambda path: frame_times(1, file=str(path))),
+    "more than 100000 splats": ("long.txt", "a.ply\n" * 100_001, lambda path: splat_files(str(path))),
+    "more than 100000 cases": ("cases.csv", "a\n" * 100_002, read_batch),
     "unknown kind of point file": ("points.txt", "1,2,3", read_points),
     "row 2 is not three numbers": ("points.csv", "1,2,3\n1,2\n", read_points),
     "unknown kind of trajectory file; give": ("path.txt", "", read_trajectory),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from organphys.ground.checks import InputError
 from organphys.pipeline.command_line import main
 from organphys.pipeline.evaluation import mean_by_region, read_truth
 from organphys.pipeline.sample_case import write_sample_case
-from organphys.pipeline.sequence_inputs import frame_times, splat_files
+from organphys.pipeline.sequence_inputs import frame_times, natural_key, splat_files
 
 
 def touch(folder, *names):
@@ -21,6 +22,7 @@ def touch(folder, *names):
 
 
 def test_files_are_sorted_as_people_count(tmp_path):
+    assert natural_key(Path("\u00b25.ply")) < natural_key(Path("7.ply"))  # a raised 2 is no number to count by
     touch(tmp_path, "t_10.ply", "t_2.ply", "T_1.PLY", "notes.txt")
     assert [path.name for path in splat_files(str(tmp_path))] == ["T_1.PLY", "t_2.ply", "t_10.ply"]
     assert [path.name for path in splat_files(str(tmp_path / "t_*.ply"))] == ["t_2.ply", "t_10.ply"]
@@ -31,7 +33,9 @@ def test_files_are_sorted_as_people_count(tmp_path):
 def test_what_is_no_sequence_is_told(tmp_path):
     touch(tmp_path, "one.ply")
     (tmp_path / "list.txt").write_text("one.ply\ntwo.ply\n")
-    for source, words in ((tmp_path, "found 1"), (tmp_path / "x_*.ply", "found 0"), (tmp_path / "list.txt", "missing")):
+    (tmp_path / "odd.txt").write_text("one.ply\n" + "x" * 300 + ".ply\n")  # a name too long for a file
+    sources = (tmp_path, "found 1"), (tmp_path / "x_*.ply", "found 0"), (tmp_path / "list.txt", "missing")
+    for source, words in (*sources, (tmp_path / "odd.txt", "1 of its 2 files are missing")):
         with pytest.raises(InputError, match=words):
             splat_files(str(source))
 
@@ -45,9 +49,14 @@ def test_times(tmp_path):
     for count, words in ((2, "expected 2"), (4, "expected 4")):
         with pytest.raises(InputError, match=words):
             frame_times(count, file=str(file))
-    file.write_text("0.5\nlater\n1.0\n")
-    with pytest.raises(InputError, match="seconds per line"):
-        frame_times(3, file=str(file))
+    for text, words in (
+        ("0.5\nlater\n1.0", "seconds per line"),
+        ("0\n1_0\n20", "seconds per"),
+        ("-1e308\n0\n1e308", "3"),
+    ):
+        file.write_text(text)
+        with pytest.raises(InputError, match=words):
+            frame_times(3, file=str(file))
     with pytest.raises(InputError, match="one of them"):
         frame_times(3, fps=10, file=str(file))
     with pytest.raises(InputError, match="fps"):

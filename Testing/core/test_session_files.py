@@ -116,6 +116,13 @@ def changed(path, change):
         lambda header: header.update(unknown=1),
         lambda header: header.update(notices=3),
         lambda header: header["grids"]["forward"].update(origin=[1, 2]),
+        lambda header: header["grids"]["inverse"].update(spacing=[1, 0, 1]),
+        lambda header: header.update(mm_per_unit="30"),
+        lambda header: header.update(unit_stated=1),
+        lambda header: header.update(metrics={"rigid": {"scale": 3}}),
+        lambda header: header.update(seconds=[1.0]),
+        lambda header: header["twists"].update(costs=[1.0]),
+        lambda header: header.update(verdict={"level": "fine", "headline": "", "reasons": []}),
     ],
 )
 def test_damaged_outcome_is_told(tmp_path, change):
@@ -130,6 +137,8 @@ def test_arrays_that_do_not_belong_together_are_told(tmp_path):
     for wrong in (
         replace(outcome, det_f=outcome.det_f[:-1]),
         replace(outcome, faces=outcome.faces + 1),
+        replace(outcome, det_f=np.full_like(outcome.det_f, np.nan)),
+        replace(outcome, volume_scene=outcome.volume_ct[:-1]),
         replace(outcome, surfaces={**outcome.surfaces, "rigid": outcome.vertices_ct[:4]}),
     ):
         save_outcome(wrong, tmp_path)

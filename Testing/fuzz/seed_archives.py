@@ -1,4 +1,4 @@
-"""Seed archives: a small registered organ, a sequence, a recording and a case."""
+"""Seed archives: a small registered organ, a sequence, a recording, a case and what its stages gave."""
 
 from __future__ import annotations
 
@@ -18,9 +18,12 @@ from organphys.basis.learned import LearnedWeights
 from organphys.basis.reduced_basis import ReducedBasis
 from organphys.basis.reduced_covariance import ReducedCovariance
 from organphys.basis.rkpm import RkpmWeights
+from organphys.exports.grid_records import DisplacementGrid, DisplacementGrids
 from organphys.exports.recording_file import save_recording
 from organphys.ground.frames import Normalisation, Similarity, rotation_about
 from organphys.pipeline.case_file import save_case
+from organphys.pipeline.case_outcome import CaseOutcome
+from organphys.pipeline.outcome_files import OUTCOME, save_outcome
 from organphys.pipeline.registration import RegisterOptions
 from organphys.points.point_sets import Box, Camera, GaussianCloud, Landmarks, SceneUnit
 from organphys.simulation.body import build_body
@@ -117,6 +120,32 @@ def case_bytes(folder: Path) -> bytes:
     return (folder / "c.npz").read_bytes()
 
 
+def outcome_bytes(folder: Path, stage: str) -> bytes:
+    """Of one triangle; after the elastic stage with all that only that one has."""
+    names = ("before", "coarse", "rigid", "elastic")[: 4 if stage == "elastic" else 2]
+    corners, grid = (
+        np.eye(3),
+        DisplacementGrid(np.zeros(3), np.ones(3), np.zeros((2, 2, 2, 3), np.float32), {"max": 0.1}),
+    )
+    elastic = {
+        "displacement_mm": np.ones(3), "det_f": np.ones(3), "error_68_mm": np.ones(3), "error_95_mm": np.full(3, 2.0),
+        "volume_ct": corners, "volume_scene": corners, "steps": ({"alpha": 0.4, "energy": 1e-3},), "asset": b"organ",
+        "grids": DisplacementGrids(grid, grid),
+        "verdict": {"level": "check", "headline": "h", "reasons": [{"code": "c", "level": "check", "message": "m"}]},
+    }  # fmt: skip
+    outcome = CaseOutcome(
+        stage=names[-1], similarities=dict.fromkeys(names, np.eye(4)), vertices_ct=corners, faces=np.array([[0, 1, 2]]),
+        surfaces=dict.fromkeys(names, corners), distance_mm=dict.fromkeys(names, np.ones(3)), mm_per_unit=30.0,
+        unit_stated=True, camera_position=np.zeros(3), metrics={"coarse": {"rms": {"value": 1.5, "unit": "mm"}}},
+        seconds={"coarse": 0.5}, notices=(("little_seen", "Only 10 % seen"),), stops={"coarse": "done"},
+        facts={"organ": "liver"},
+        twists={"twists_deg": [0.0, 30.0], "costs": [0.5, 0.7], "cost_name": "cost", "chosen_deg": 0.0},
+        **(elastic if stage == "elastic" else {}),
+    )  # fmt: skip
+    save_outcome(outcome, folder)
+    return (folder / OUTCOME).read_bytes()
+
+
 def archive_seeds() -> dict[str, dict[str, bytes]]:
     """Reader -> name -> content."""
     with tempfile.TemporaryDirectory() as name:
@@ -127,4 +156,5 @@ def archive_seeds() -> dict[str, dict[str, bytes]]:
             "sequence": {"frames.organphys-seq": sequence_bytes(sequence())},
             "recording": {"run.npz": recording_bytes(folder)},
             "case": {"case.npz": case_bytes(folder)},
+            "outcome": {f"{stage}.npz": outcome_bytes(folder, stage) for stage in ("coarse", "elastic")},
         }

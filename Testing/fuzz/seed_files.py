@@ -17,6 +17,7 @@ from seed_archives import archive_seeds  # noqa: E402
 from seed_cases import case_seeds  # noqa: E402
 from seed_programs import program_seeds  # noqa: E402
 from seed_splats import splat_seeds  # noqa: E402
+from seed_tables import named_files, table_seeds  # noqa: E402
 from seed_texts import landmark_seeds, point_seeds, region_seeds, trajectory_seeds  # noqa: E402
 from seed_volumes import label_seeds, voxel_file  # noqa: E402
 
@@ -40,7 +41,7 @@ def _made() -> dict[str, dict[str, bytes]]:
         case = write_sample_case(folder, seed=0, size="small")
         landmarks = landmark_seeds(case)
         return {
-            "companions": voxel_file(),
+            "companions": voxel_file() | named_files(),
             "splat": splat_seeds(case),
             "labels": label_seeds(case),
             "landmarks": landmarks,
@@ -48,6 +49,7 @@ def _made() -> dict[str, dict[str, bytes]]:
             "region": region_seeds(),
             "trajectory": trajectory_seeds(),
             "points": point_seeds(),
+            **table_seeds(),
             **archive_seeds(),
         }
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from oracle_archive import cloud_problem, organ_problem, recording_problem, sequence_problem
 from oracle_ply import splat_problem
+from oracle_table import TIMES, cases_problem, frames_problem, outcome_problem, times_problem
 from oracle_text import landmarks_problem, pins_problem, points_problem, region_problem, trajectory_problem
 from oracle_volume import labels_problem
 
@@ -17,8 +18,11 @@ from organphys.asset.asset_file import load_asset
 from organphys.asset.sequence_file import load_sequence
 from organphys.exports.recording_file import load_recording
 from organphys.ground.checks import InputError
+from organphys.pipeline.batch_table import read_batch
 from organphys.pipeline.case_file import load_case
+from organphys.pipeline.outcome_files import OUTCOME, load_outcome
 from organphys.pipeline.points_file import read_points
+from organphys.pipeline.sequence_inputs import frame_times, splat_files
 from organphys.readers.gaussian_ply import describe_splat, read_gaussians, read_splat
 from organphys.readers.landmarks_file import read_landmarks
 from organphys.readers.pins_file import read_pins
@@ -79,6 +83,16 @@ def _case_problem(name: str, content: bytes, session: Any) -> str | None:
     return cloud_problem(case.splat)
 
 
+def _outcome(path: Path) -> Any:
+    """Under the one name that is read."""
+    place = path.with_name(OUTCOME)
+    path.rename(place)
+    try:
+        return load_outcome(place.parent)
+    finally:
+        place.rename(path)
+
+
 TARGETS = {
     "splat": Target(_splat, lambda name, content, got: splat_problem(content, *got), 3.0),
     "labels": Target(_labels, _labels_problem, 32.0),
@@ -91,4 +105,12 @@ TARGETS = {
     "sequence": Target(load_sequence, lambda name, content, got: sequence_problem(got), 4.0),
     "recording": Target(load_recording, lambda name, content, got: recording_problem(got), 3.0),
     "case": Target(load_case, _case_problem, 32.0),
+    "outcome": Target(_outcome, lambda name, content, got: outcome_problem(got), 4.0),
+    "times": Target(
+        lambda path: frame_times(TIMES, file=str(path))[0], lambda name, content, got: times_problem(content, got), 36.0
+    ),
+    "frames": Target(
+        lambda path: splat_files(str(path)), lambda name, content, got: frames_problem(content, got), 80.0
+    ),
+    "cases": Target(read_batch, lambda name, content, got: cases_problem(content, got), 100.0),
 }

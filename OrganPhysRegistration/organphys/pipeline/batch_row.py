@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -52,7 +53,7 @@ class RowReader:
             raise InputError(f"case: expected a name for a folder (letters, digits, '_', '-', '.', ' '), got {name!r}")
         arguments = self._arguments({column: cell for column, cell in row.items() if cell and column != "case"})
         for column in ("labels", "splat"):
-            if not Path(getattr(arguments, column)).is_file():
+            if not os.path.isfile(getattr(arguments, column)):  # a name too long for a file is none too
                 raise InputError(f"{column}: {getattr(arguments, column)}: no such file")
         small_inputs(arguments)
         return BatchCase(name, line, arguments)

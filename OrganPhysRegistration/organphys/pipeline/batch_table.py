@@ -11,7 +11,7 @@ from ..ground.checks import InputError
 from .batch_records import BatchCase
 from .batch_row import RowReader
 
-MOST_BYTES, MOST_TOLD = 20_000_000, 10
+MOST_BYTES, MOST_CASES, MOST_TOLD = 20_000_000, 100_000, 10
 
 
 def read_batch(path: str | Path) -> list[BatchCase]:
@@ -55,6 +55,8 @@ def _rows(table: Path) -> list[tuple[int, list[str]]]:
         for cells in reader:
             if any(cell.strip() for cell in cells):
                 rows.append((line, [cell.strip() for cell in cells]))
+            if len(rows) > MOST_CASES + 1:
+                raise InputError(f"{table}: more than {MOST_CASES} cases; split the table")
             line = reader.line_num + 1
     except csv.Error as error:
         raise InputError(f"{table}: line {line}: {error}; write the table as CSV again") from error

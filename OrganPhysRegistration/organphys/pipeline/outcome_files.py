@@ -17,8 +17,10 @@ from ..asset.array_archive import archive_bytes, read_archive
 from ..exports.grid_records import DisplacementGrid, DisplacementGrids
 from ..ground.atomic_file import write_bytes
 from ..ground.checks import InputError
+from ..readers.plain_numbers import plain_numbers
 from .case_file import save_case
 from .case_outcome import CaseOutcome
+from .outcome_checks import check_outcome
 
 __all__ = ["load_outcome", "save_case", "save_outcome"]
 
@@ -62,7 +64,7 @@ def load_outcome(folder: str | os.PathLike[str]) -> CaseOutcome:
     header, arrays = read_archive(path, HEADER)
     try:
         outcome = _outcome(header, arrays)
-        _check(outcome)
+        check_outcome(outcome)
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise InputError(f"{path}: damaged ({error}); run the registration again") from error
     return outcome
@@ -83,25 +85,6 @@ def _outcome(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Cas
     return CaseOutcome(**values)
 
 
-def _check(outcome: CaseOutcome) -> None:
-    """ValueError where the arrays do not belong together."""
-    count = len(outcome.vertices_ct)
-    if outcome.stage not in outcome.similarities:
-        raise ValueError("its stage is not among the stages")
-    expected = {"vertices_ct": (count, 3), "displacement_mm": (count,), "det_f": (count,), "camera_position": (3,)}
-    expected |= {name: (count,) for name in CONFIDENCE}
-    found = {name: getattr(outcome, name) for name in expected}
-    for name, shape in (("similarities", (4, 4)), ("surfaces", (count, 3)), ("distance_mm", (count,))):
-        for stage, array in getattr(outcome, name).items():
-            found[f"{name} {stage}"], expected[f"{name} {stage}"] = array, shape
-    for name, array in found.items():
-        if array is not None and array.shape != expected[name]:
-            raise ValueError(f"{name}: shape {array.shape}, expected {expected[name]}")
-    faces = outcome.faces
-    if faces.ndim != 2 or faces.shape[1] != 3 or (faces.size and not 0 <= faces.min() <= faces.max() < count):
-        raise ValueError("faces do not fit the vertices")
-
-
 def _grid_facts(grid: DisplacementGrid) -> dict[str, Any]:
     return {name: getattr(grid, name) for name in ("origin", "spacing", *GRID_ERRORS)}
 
@@ -109,5 +92,7 @@ def _grid_facts(grid: DisplacementGrid) -> dict[str, Any]:
 def _grid(facts: Mapping[str, Any], vectors: np.ndarray) -> DisplacementGrid:
     if vectors.ndim != 4 or vectors.shape[3] != 3:
         raise ValueError(f"grid vectors: shape {vectors.shape}, expected (K, J, I, 3)")
-    origin, spacing = (np.array(facts[name], dtype=np.float64).reshape(3) for name in ("origin", "spacing"))
+    origin, spacing = (plain_numbers(facts[name], 3, f"grid {name}") for name in ("origin", "spacing"))
+    if (spacing <= 0).any():
+        raise ValueError("grid spacing is not above 0")
     return DisplacementGrid(origin, spacing, vectors, **{name: dict(facts[name]) for name in GRID_ERRORS})

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import glob
+import os
 import re
 from pathlib import Path
 
 import numpy as np
 
-from ..ground.checks import Array, InputError, as_positive
+from ..ground.checks import LARGEST, Array, InputError, as_positive
+from ..readers.json_file import read_text
+from ..readers.plain_numbers import number_of
 
-FEWEST = 2
+FEWEST, MOST = 2, 100_000
 
 
 def splat_files(source: str) -> list[Path]:
@@ -34,7 +37,7 @@ def splat_files(source: str) -> list[Path]:
 def natural_key(path: Path) -> tuple[list[tuple[int, str]], str]:
     """Sorts numbers in a name by their value."""
     parts = re.split(r"(\d+)", path.name.lower())
-    return [(int(part), "") if part.isdigit() else (-1, part) for part in parts if part], path.name
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts if part], path.name
 
 
 def frame_times(count: int, *, fps: float | None = None, file: str | None = None) -> tuple[Array, str]:
@@ -46,28 +49,23 @@ def frame_times(count: int, *, fps: float | None = None, file: str | None = None
         return np.arange(count) / as_positive(fps, "--fps"), "s"
     if file is None:
         return np.arange(float(count)), "frame"
-    lines = [line.strip() for line in _read(Path(file)).splitlines() if line.strip()]
+    lines = [line.strip() for line in read_text(file).splitlines() if line.strip()]
     try:
-        times = np.array([float(line) for line in lines])
+        times = np.array([number_of(line) for line in lines])
     except ValueError as error:
         raise InputError(f"{file}: expected one number of seconds per line ({error})") from error
-    if len(times) != count or not np.isfinite(times).all() or (np.diff(times) <= 0).any():
+    if len(times) != count or not (np.abs(times) <= LARGEST).all() or (np.diff(times) <= 0).any():
         raise InputError(f"{file}: expected {count} rising numbers, one per splat, got {len(times)} lines")
     return times, "s"
 
 
 def _listed(path: Path) -> list[Path]:
-    lines = [line.strip() for line in _read(path).splitlines()]
-    found = [path.parent / line for line in lines if line and not line.startswith("#")]
-    missing = [str(one) for one in found if not one.is_file()]
+    lines = [line.strip() for line in read_text(path).splitlines()]
+    lines = [line for line in lines if line and not line.startswith("#")]
+    if len(lines) > MOST:
+        raise InputError(f"{path}: more than {MOST} splats; give a part of them")
+    found = [path.parent / line for line in lines]
+    missing = [str(one) for one in found if not os.path.isfile(one)]  # a name too long for a file is missing too
     if missing:
         raise InputError(f"{path}: {len(missing)} of its {len(found)} files are missing, the first is {missing[0]}")
     return found
-
-
-def _read(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is no text file"
-        raise InputError(f"{path}: cannot be read ({reason}); check the path") from error
