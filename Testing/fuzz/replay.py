@@ -10,6 +10,8 @@ import sys
 from pathlib import Path
 
 from reader_trial import tried
+from seed_tables import named_files
+from seed_volumes import voxel_file
 from targets import TARGETS
 from worker import confined
 
@@ -23,7 +25,9 @@ def found_files() -> dict[str, str]:
 
 
 def main(folder: Path) -> None:
-    """Each twice: at the first call libraries load."""
+    """Each twice, beside the files that some of them name: at the first call libraries load."""
+    for name, content in (voxel_file() | named_files()).items():
+        (folder / name).write_bytes(content)
     for round_ in range(2):
         for found in sorted(found_files()):
             reader, _, name = found.split("_", 2)
