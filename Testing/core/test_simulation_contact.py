@@ -181,9 +181,9 @@ def test_tissue_caught_between_jaws_passes_and_comes_back_when_it_has_left():
     samples, radii = np.array([4, 7, 9]), np.array([0.002, 0.002])
     across = np.tile([0, 1.0, 0], (3, 1))
     normals, gaps = np.stack([across, -across]), np.array([[-1e-3, 1e-3, 0.01], [1e-3, -1e-3, 0.01]])
-    caught = passing_on(Grip(), samples, gaps, normals, radii, 1e-3)
+    caught = passing_on(Grip(), samples, gaps, normals, radii, 1e-3, 1e-3)
     assert caught.passing.tolist() == [4, 7]
-    same_side = passing_on(Grip(), samples, gaps, np.stack([across, across]), radii, 1e-3)
+    same_side = passing_on(Grip(), samples, gaps, np.stack([across, across]), radii, 1e-3, 1e-3)
     assert not len(same_side.passing)
-    assert passing_on(caught, samples, np.full((2, 3), 5e-4), normals, radii, 1e-3).passing.tolist() == [4, 7]
-    assert not len(passing_on(caught, samples, np.full((2, 3), 5e-3), normals, radii, 1e-3).passing)
+    assert passing_on(caught, samples, np.full((2, 3), 5e-4), normals, radii, 1e-3, 1e-3).passing.tolist() == [4, 7]
+    assert not len(passing_on(caught, samples, np.full((2, 3), 5e-3), normals, radii, 1e-3, 1e-3).passing)

@@ -25,7 +25,8 @@ from .tool_force import ToolForce, tool_forces
 from .tool_reach import SURE, ToolReach, expected_way, farthest
 from .tools import PlacedPart, Tool, placed
 
-LEAST_EFFORT = 12  # of a sub-step
+LEAST_EFFORT = 12  # of a sub-step, beside
+OVERHEAD = 10  # Hessian products take as long as the search for near samples and what else comes with a sub-step
 SEARCHES = 4  # rounds of the search for near samples, should the tissue have moved farther than expected
 
 
@@ -56,8 +57,9 @@ class BodyReport:
     solve: why the solver stopped, residual relative to the largest force; cg_steps: conjugate gradient steps;
     error_m: bound of the rms error of the positions from stopping there, m, where the energy is convex; min_det,
     volume_change: lowest det F and mean det F - 1 over the quadrature points; deepest_m: largest penetration of a
-    contact sample into a tool or another body, m (0: none); contacts: samples pushed by a tool; forces: on each tool;
-    effort: what it cost, see ``SimulationOptions``.
+    contact sample into a tool or another body, m (0: none), of what jaws hold only as far as it is deeper than where
+    it is held; contacts: samples pushed by a tool; forces: on each tool; effort: what it cost, see
+    ``SimulationOptions``.
     """
 
     solve: SolveReport
@@ -179,11 +181,10 @@ def outcome(
         touch = Touch(terms.samples[row], part, at.contact.press[part, row], at.contact.normals[part, row])
         forces = tuple(tool_forces(terms, at.contact, at.z, motion.after, motion.owner))
         gaps, normals = terms.gaps(terms.positions(at.z))
-        gaps = np.where(terms.off, np.maximum(gaps, 0.0), gaps)
-        deepest = max(deepest, -float(gaps.min()))
+        deepest = max(deepest, terms.deepest(gaps))
         radii = np.array([part.shape.radius for part in terms.new])
         grips = tuple(
-            passing_on(grip, terms.samples, gaps[mine], normals[mine], radii[mine], terms.width)
+            passing_on(grip, terms.samples, gaps[mine], normals[mine], radii[mine], terms.width, dt)
             for k, grip in enumerate(_slipped(body, state, motion, at.z))
             for mine in [motion.owner == k]
         )

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..ground.checks import Array
 from .barrier import barrier
 from .continuous_check import PathStart, path_crosses
-from .friction import friction
+from .friction import friction, held_back
 from .grasp import grip_value
 from .tools import PlacedPart
 
@@ -55,8 +55,9 @@ class ContactValue(NamedTuple):
 class ContactTerms:
     """samples (N,) near tools with rest points (N, 3), areas (N,), phi (N, n) and start (N, 3): their old positions.
 
-    ``old`` and ``new``: all parts of all tools at the start and the end of the step; ``off`` (P, N): pairs that do
-    not collide because a grip holds them; ``unchecked`` (P, N): pairs that the tool had crossed already.
+    ``old`` and ``new``: all parts of all tools at the start and the end of the step; allowed (P, N) m: how much deeper
+    than elsewhere tissue may be that a grip holds or has let go; gripped (P, N): pairs between jaws that hold;
+    ``unchecked`` (P, N): pairs whose way is not looked at, for these reasons or because the tool had crossed already.
     """
 
     samples: NDArray[np.int64]
@@ -66,7 +67,8 @@ class ContactTerms:
     start: Array
     old: tuple[PlacedPart, ...]
     new: tuple[PlacedPart, ...]
-    off: NDArray[np.bool_]
+    allowed: Array
+    gripped: NDArray[np.bool_]
     unchecked: NDArray[np.bool_]
     sticking: Sticking
     held: tuple[Held, ...]
@@ -82,17 +84,20 @@ class ContactTerms:
         pairs = [part.gap_and_normal(x) for part in self.new]
         return np.stack([gap for gap, _ in pairs]), np.stack([normal for _, normal in pairs])
 
+    def deepest(self, gaps: Array) -> float:
+        """Largest penetration, m, at gaps (P, N); of what jaws hold, beyond what it is allowed."""
+        return max(0.0, -float(np.where(self.gripped, gaps + self.allowed, gaps).min()))
+
     def value(self, z: Array) -> ContactValue:
         """Energy and derivatives at Z (n, 3)."""
         x = self.positions(z)
         gap, normals = self.gaps(x)
-        energy, slope, curvature = (
-            np.where(self.off, 0.0, term) * self.areas for term in barrier(gap, self.width, self.pressure)
-        )
+        pushed = barrier(gap + self.allowed, self.width, self.pressure)
+        energy, slope, curvature = (term * self.areas for term in pushed)
         pull = np.einsum("pn,pna->na", slope, normals)
         blocks = np.einsum("pn,pna,pnb->nab", curvature, normals, normals)
         stick = self.sticking
-        rubbed = friction(x[stick.row] - self.start[stick.row] - stick.motion, stick.normal, stick.limit, stick.smooth)
+        rubbed = friction(self._slip(x), stick.normal, stick.limit, stick.smooth)
         np.add.at(pull, stick.row, rubbed.gradient)
         np.add.at(blocks, stick.row, rubbed.blocks)
         total, grips = float(energy.sum()) + rubbed.energy, []
@@ -103,6 +108,23 @@ class ContactTerms:
             total += spring.energy
             grips.append(spring.gradient)
         return ContactValue(total, pull, blocks, -slope, normals, rubbed.gradient, tuple(grips))
+
+    def firmer(self, z: Array, value: ContactValue, change: Array) -> ContactValue | None:
+        """The value at Z with stiffer blocks where ``change`` (n, 3) would turn friction round; None: nowhere."""
+        stick = self.sticking
+        move = self.phi[stick.row] @ change
+        rows, missing = held_back(self._slip(self.positions(z)), stick.normal, stick.limit, stick.smooth, move)
+        if not len(rows):
+            return None
+        blocks = value.blocks.copy()
+        np.add.at(blocks, stick.row[rows], missing)
+        return value._replace(blocks=blocks)
+
+    def _slip(self, x: Array) -> Array:
+        """Way (k, 3) m of the friction pairs beside their tools, at positions (N, 3)."""
+        row = self.sticking.row
+        slip: Array = x[row] - self.start[row] - self.sticking.motion
+        return slip
 
     def whole_blocks(self, z: Array, value: ContactValue) -> Array:
         """The blocks (N, 3, 3) with the bend of the tools' surfaces, which softens: they may be indefinite."""

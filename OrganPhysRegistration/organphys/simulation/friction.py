@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..ground.checks import Array
 
@@ -34,3 +35,19 @@ def friction(slip: Array, normal: Array, limit: Array, smooth: float) -> Frictio
     blocks = over_y[:, None, None] * (np.eye(3) - normal[:, :, None] * normal[:, None, :])
     blocks = blocks + (bend - over_y)[:, None, None] * (along[:, :, None] * along[:, None, :])
     return FrictionValue(float(limit @ energy), (limit * over_y)[:, None] * tangent, limit[:, None, None] * blocks)
+
+
+def held_back(slip: Array, normal: Array, limit: Array, smooth: float, move: Array) -> tuple[NDArray[np.int64], Array]:
+    """Pairs (m,) whose slip (k, 3) a ``move`` (k, 3) would turn round, and what makes their blocks (m, 3, 3) N/m as
+    stiff as sticking ones.
+
+    A sliding pair does not resist a further slip along its way, so that Newton's step goes past the place where it
+    sticks, and the next one back again. With f'(y) / y along the slip as well, which majorises, the step ends there.
+    """
+    tangent = slip - (slip * normal).sum(1, keepdims=True) * normal
+    y = np.sqrt((tangent**2).sum(1))
+    rows = np.flatnonzero((y > 0.5 * smooth) & ((tangent * (tangent + move)).sum(1) < 0))
+    share, y = np.minimum(y[rows] / smooth, 1.0), y[rows]
+    missing = np.where(share < 1, share / smooth, 1 / np.maximum(y, smooth))  # f'(y) / y - f''(y)
+    along = tangent[rows] / y[:, None]
+    return rows, (limit[rows] * missing)[:, None, None] * (along[:, :, None] * along[:, None, :])

@@ -18,6 +18,7 @@ from .state import Grip, ToolPose
 from .tools import Jaws
 
 CAUGHT = 0.3  # radii deep
+EXPELLING = 0.02  # m/s: tissue that was let go inside a tool is pushed out so fast
 
 
 def between_jaws(points: Array, pose: ToolPose, jaws: Jaws) -> NDArray[np.bool_]:
@@ -34,15 +35,38 @@ def updated_grip(grip: Grip, body: Body, z: Array, near: NDArray[np.int64], pose
     ``near`` (k,): samples that may lie between the jaws; z (n, 3): coordinates of the body.
     """
     if grip.closed:
-        opened = pose.jaw_deg > jaws.open_deg
-        return Grip(passing=np.union1d(grip.passing, grip.sample)) if opened else grip
+        return _let_go(Grip(passing=grip.passing, allowed=grip.allowed), grip.sample) if _opened(pose, jaws) else grip
     if pose.jaw_deg > jaws.close_deg:
         return grip
     points = body.sample_positions(z, near)
     held = between_jaws(points, pose, jaws)
     anchor = (points[held] - pose.position) @ pose.rotation
     area = float(body.samples.areas[near[held]].sum())
-    return Grip(near[held], anchor, area, closed=True, passing=np.setdiff1d(grip.passing, near[held]))
+    free = ~np.isin(grip.passing, near[held])
+    return Grip(near[held], anchor, area, True, grip.passing[free], grip.allowed[free])
+
+
+def _opened(pose: ToolPose, jaws: Jaws) -> bool:
+    return pose.jaw_deg > jaws.open_deg
+
+
+def _let_go(grip: Grip, samples: NDArray[np.int64]) -> Grip:
+    """The grip with ``samples`` (k,) passing as well, nothing pushing them before it is known how deep they are."""
+    passing = np.union1d(grip.passing, samples)
+    allowed = np.full(len(passing), np.inf)
+    allowed[np.searchsorted(passing, grip.passing)] = grip.allowed
+    return replace(grip, passing=passing, allowed=allowed)
+
+
+def allowed_at_anchors(gaps: Array, pose: ToolPose, jaws: Jaws, width: float) -> Array:
+    """How deep held tissue may be in the jaws (P, k) m without being pushed: as deep as its anchors.
+
+    gaps (P, k) m: those of the anchors. So jaws that close squeeze what they hold, and tissue that slips is pushed as by any tool. While they open again,
+    from ``close_deg`` to ``open_deg``, they push all of it out.
+    """
+    share = np.clip((jaws.open_deg - pose.jaw_deg) / (jaws.open_deg - jaws.close_deg), 0.0, 1.0)
+    allowed: Array = share * np.maximum(width - gaps, 0.0)
+    return allowed
 
 
 def grip_springs(grip: Grip, samples: ContactSamples, jaws: Jaws) -> tuple[Array, Array]:
@@ -75,18 +99,19 @@ def slipped_grip(grip: Grip, points: Array, pose: ToolPose, jaws: Jaws, stiffnes
     drawn = np.maximum(1 - reach / np.maximum(length, 1e-30), 0.0)
     anchor = grip.anchor + drawn[:, None] * offset
     kept = (drawn == 0) | between_jaws(anchor @ pose.rotation.T + pose.position, pose, jaws)
-    passing = np.union1d(grip.passing, grip.sample[~kept])
-    return replace(grip, sample=grip.sample[kept], anchor=anchor[kept], passing=passing)
+    return _let_go(replace(grip, sample=grip.sample[kept], anchor=anchor[kept]), grip.sample[~kept])
 
 
-def passing_on(grip: Grip, samples: NDArray[np.int64], gaps: Array, normals: Array, radii: Array, width: float) -> Grip:
-    """The grip with passing samples as they are after a step: those that have left the tool push again.
+def passing_on(
+    grip: Grip, samples: NDArray[np.int64], gaps: Array, normals: Array, radii: Array, width: float, dt: float
+) -> Grip:
+    """The grip with passing samples as they are after a step of ``dt`` s: once the jaws hold nothing, tissue still in
+    them is allowed less and less.
 
-    gaps (P, N) m and normals (P, N, 3) of the tool's parts of radii (P,) m at ``samples`` (N,); left: farther than
+    gaps (P, N) m and normals (P, N, 3) of the tool's parts of radii (P,) m at ``samples`` (N,); free: farther than
     ``width`` m. Tissue still deep inside two parts that press it against each other when a step has ended is caught
     between them, as between jaws near their hinge: pushing on would tear it, so it passes.
     """
-    inside = samples[gaps.min(axis=0) < width]
     deep = gaps < -CAUGHT * radii[:, None]
     caught = np.zeros(len(samples), dtype=bool)
     for a, b in zip(*np.triu_indices(len(gaps), 1), strict=True):
@@ -94,4 +119,10 @@ def passing_on(grip: Grip, samples: NDArray[np.int64], gaps: Array, normals: Arr
             caught |= deep[a] | deep[b]
     if not len(grip.passing) and not caught.any():
         return grip
-    return replace(grip, passing=np.union1d(np.intersect1d(grip.passing, inside), samples[caught]))
+    inside = width - gaps.min(axis=0)
+    allowed = np.where(caught, inside, 0.0)
+    rows = np.searchsorted(samples, grip.passing)
+    shrunk = 0.0 if len(grip.sample) else EXPELLING * dt
+    allowed[rows] = np.maximum(allowed[rows], np.minimum(grip.allowed, inside[rows]) - shrunk)
+    left = allowed > 0
+    return replace(grip, passing=samples[left], allowed=allowed[left])

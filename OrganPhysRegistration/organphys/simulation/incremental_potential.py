@@ -103,6 +103,13 @@ class IncrementalPotential:
             blocks = self.contact.whole_blocks(at.z, at.contact)
         return self.body.strain.tangent(at.deformation, self.viscosity), blocks
 
+    def firmer(self, at: Evaluation, change: Array) -> Evaluation | None:
+        """``at`` with friction that ``change`` (n, 3) would turn round taken as sticking; None: there is none."""
+        if self.contact is None or at.contact is None:
+            return None
+        contact = self.contact.firmer(at.z, at.contact, change)
+        return None if contact is None else at._replace(contact=contact)
+
     def product(self, tangent: tuple[Tangent, Array | None], change: Array) -> Array:
         """Hessian at the tangent's point times ``change`` (n, 3)."""
         out = (self.inertia + self.drag) * change + self.body.held @ change

@@ -68,6 +68,15 @@ class JointPotential:
         """What ``product`` needs."""
         return [part.tangent(one) for part, one in zip(self.parts, at.parts, strict=True)], at.pairs.curvature
 
+    def firmer(self, at: JointEvaluation, change: Array) -> JointEvaluation | None:
+        """``at`` with friction that ``change`` (n, 3) would turn round taken as sticking; None: there is none."""
+        own = zip(self.parts, at.parts, self.slices, strict=True)
+        found = [part.firmer(one, change[rows]) for part, one, rows in own]
+        if not any(found):
+            return None
+        parts = tuple(one if new is None else new for one, new in zip(at.parts, found, strict=True))
+        return at._replace(parts=parts)
+
     def product(self, tangent: tuple[list[tuple[Tangent, Array | None]], Array], change: Array) -> Array:
         """Hessian at the tangent's point times ``change`` (n, 3)."""
         own = zip(self.parts, tangent[0], self.slices, strict=True)

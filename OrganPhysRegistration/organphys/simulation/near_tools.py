@@ -11,7 +11,7 @@ from ..ground.checks import Array
 from ..mechanics.determinant import cofactor
 from .body import Body
 from .contact_terms import ContactTerms, Held, Sticking, already_crossed
-from .grasp import grip_springs
+from .grasp import allowed_at_anchors, grip_springs
 from .options import SimulationOptions
 from .state import BodyState, Grip, ToolPose
 from .tools import PlacedPart, Tool
@@ -90,10 +90,7 @@ def contact_terms(
         if tool.jaws is not None and len(grip.sample)
         for surface_grip in [grip_springs(grip, surface, tool.jaws)]
     )
-    off = np.zeros((len(new), len(samples)), dtype=bool)
-    for tool, grip in enumerate(state.grips):
-        free = np.isin(samples, np.concatenate([grip.sample, grip.passing]))
-        off[np.ix_(owner == tool, free)] = True
+    allowed, gripped = _allowed(state, samples, tools, owner, new, poses, options.contact_gap)
     return ContactTerms(
         samples=samples,
         points=points,
@@ -102,13 +99,39 @@ def contact_terms(
         start=start,
         old=old,
         new=new,
-        off=off,
-        unchecked=off | already_crossed(old, new, start),
+        allowed=allowed,
+        gripped=gripped,
+        unchecked=(allowed > 0) | already_crossed(old, new, start),
         sticking=_sticking(state, samples, start, owner, old, new, options, h),
         held=held,
         width=options.contact_gap,
         pressure=options.contact_pressure,
     )
+
+
+def _allowed(
+    state: BodyState,
+    samples: NDArray[np.int64],
+    tools: tuple[Tool, ...],
+    owner: NDArray[np.int64],
+    parts: tuple[PlacedPart, ...],
+    poses: tuple[ToolPose, ...],
+    width: float,
+) -> tuple[Array, NDArray[np.bool_]]:
+    """How deep tissue in or from a grip may be (P, N) m in the parts of its tool, and which pairs are gripped (P, N):
+    what it holds, and while it holds anything what has slipped out between the jaws."""
+    allowed = np.zeros((len(parts), len(samples)))
+    gripped = np.zeros(allowed.shape, dtype=bool)
+    for k, (grip, tool, pose) in enumerate(zip(state.grips, tools, poses, strict=True)):
+        mine, held = np.flatnonzero(owner == k), np.searchsorted(samples, grip.sample)
+        passing = np.ix_(mine, np.searchsorted(samples, grip.passing))
+        allowed[passing], gripped[passing] = grip.allowed, bool(len(held))
+        if tool.jaws is not None and len(held):
+            anchor = grip.anchor @ pose.rotation.T + pose.position
+            gaps = np.stack([parts[part].gap_and_normal(anchor)[0] for part in mine])
+            allowed[np.ix_(mine, held)] = allowed_at_anchors(gaps, pose, tool.jaws, width)
+            gripped[np.ix_(mine, held)] = True
+    return allowed, gripped
 
 
 def _held(tool: int, grip: Grip, samples: NDArray[np.int64], springs: tuple[Array, Array], pose: ToolPose) -> Held:

@@ -48,6 +48,7 @@ class Potential(Protocol):
     def rounding(self) -> float: ...
     def evaluate(self, z: Array) -> Any: ...
     def tangent(self, at: Any) -> Any: ...
+    def firmer(self, at: Any, change: Array) -> Any | None: ...
     def product(self, tangent: Any, change: Array) -> Array: ...
     def admissible(self, z: Array) -> bool: ...
 
@@ -89,7 +90,7 @@ def minimise(
     state is still finite, just not as exact as asked.
     """
     at: Point = _first_admissible(potential, starts)
-    evaluations, cg_steps, spent = 1, 0, EVALUATION
+    evaluations, cg_steps, factors, spent = 1, 0, 0, EVALUATION
     effort = potential.options.effort if effort is None else effort
     for iteration in range(potential.options.newton_steps + 1):
         largest = max(at.largest, LEAST_FORCE * potential.mass)
@@ -100,13 +101,12 @@ def minimise(
         left = effort - spent - FACTOR - EVALUATION
         if iteration == potential.options.newton_steps or left <= 0:
             break
-        factor = cache.factor(potential, at, reference)
-        direction, used = _direction(potential, at, factor, max(FORCING * norm, 0.3 * goal), min(CG_STEPS, left))
-        cg_steps += used
-        tries = min(HALVINGS, max((left - used) // EVALUATION, FEWEST))
-        trial, tried = _line_search(potential, at, direction, tries)
-        evaluations += tried
-        spent = EVALUATION * evaluations + cg_steps + FACTOR * (iteration + 1)
+        direction, used = _direction(potential, at, cache, reference, max(FORCING * norm, 0.3 * goal), left)
+        cg_steps += used.products
+        left -= used.products + FACTOR * (used.factors - 1)
+        trial, tried = _line_search(potential, at, direction, min(HALVINGS, max(left // EVALUATION, FEWEST)))
+        evaluations, factors = evaluations + tried, factors + used.factors
+        spent = EVALUATION * evaluations + cg_steps + FACTOR * factors
         if trial is None:
             return Solved(at, SolveReport(Stop.STALLED, iteration, evaluations, norm / largest), cg_steps, spent)
         at = trial
@@ -126,7 +126,28 @@ def _first_admissible(potential: Potential, starts: tuple[Array, ...]) -> Point:
     return at
 
 
-def _direction(potential: Potential, at: Point, factor: Preconditioner, goal: float, most: int) -> tuple[Array, int]:
+class Used(NamedTuple):
+    """Hessian products and preconditioners that a direction took."""
+
+    products: int
+    factors: int
+
+
+def _direction(
+    potential: Potential, at: Point, cache: Factors, reference: Array, goal: float, left: int
+) -> tuple[Array, Used]:
+    """Newton direction (n, 3) with a residual of at most ``goal`` N, once more where friction would turn round."""
+    most = min(CG_STEPS, left)
+    direction, used = _solved(potential, at, cache.factor(potential, at, reference), goal, most)
+    firmer = potential.firmer(at, direction) if left - used > FACTOR else None
+    if firmer is None:
+        return direction, Used(used, 1)
+    most = min(CG_STEPS, left - used - FACTOR)
+    direction, more = _solved(potential, firmer, cache.factor(potential, firmer, reference), goal, most)
+    return direction, Used(used + more, 2)
+
+
+def _solved(potential: Potential, at: Point, factor: Preconditioner, goal: float, most: int) -> tuple[Array, int]:
     """Newton direction (n, 3) with a residual of at most ``goal`` N, and its Hessian products, <= ``most``."""
     tangent = potential.tangent(at)
     x, r = np.zeros_like(at.gradient), -at.gradient

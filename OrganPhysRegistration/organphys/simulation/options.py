@@ -24,7 +24,8 @@ class SimulationOptions:
     "bdf2" (second order). Damping of Rayleigh's kind: mass_damping in 1/s, stiffness_damping in s. tolerance: residual
     force of a step in parts of the largest force of its balance; the rms error of the step's positions is then below
     dt^2 times the residual over the mass (``BodyReport.error_m``) where the energy is convex. newton_steps and effort
-    (Hessian products of a body, with evaluations and preconditioners counted as what they cost beside one) bound the
+    (Hessian products of a body, with evaluations, preconditioners and the search for contacts counted as what they cost
+    beside one) bound the
     time of a step, all its sub-steps together;
     one that ends there is less exact, which its report says (``Stop.STEP_LIMIT``), and sound all the same. Counts
     instead of a clock keep runs deterministic.
@@ -38,7 +39,7 @@ class SimulationOptions:
     stiffness_damping: float = 0.005
     tolerance: float = 1e-3
     newton_steps: int = 15
-    effort: int = 120
+    effort: int = 150
     contact_gap: float = 1e-3
     contact_pressure: float = 1e5
     friction: float = 0.2

@@ -37,6 +37,7 @@ class Grip:
     area: float = 0.0
     closed: bool = False
     passing: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    allowed: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..ground.checks import InputError, as_positive
-from .advance import LEAST_EFFORT, BodyReport, Motion
+from .advance import LEAST_EFFORT, OVERHEAD, BodyReport, Motion
 from .advance_together import advance_all
 from .continuous_check import farthest_way, substeps, substeps_at
 from .factor import FactorCache
@@ -47,10 +47,11 @@ def step(
     reports: tuple[BodyReport, ...] = ()
     for k in range(count):
         after = tuple(between(a, b, (k + 1) / count) for a, b in zip(state.tools, poses, strict=True))
-        motion, effort = Motion(scene.tools, before, after, owner), max(left // (count - k), LEAST_EFFORT)
+        motion = Motion(scene.tools, before, after, owner)
+        effort = max(left // (count - k) - OVERHEAD, LEAST_EFFORT)
         results = advance_all(scene.bodies, bodies, motion, scene.options, dt / count, cache, reaches, effort=effort)
         bodies, reports, before = tuple(r[0] for r in results), tuple(r[1] for r in results), after
-        left -= max(report.effort for report in reports)
+        left -= OVERHEAD + max(report.effort for report in reports)
         for report in reports:
             forces = [total.plus(one, 1 / count) for total, one in zip(forces, report.forces, strict=True)]
     return SceneState(bodies, poses, state.time + dt), StepReport(
