@@ -25,10 +25,8 @@ class SimulationOptions:
     force of a step in parts of the largest force of its balance; the rms error of the step's positions is then below
     dt^2 times the residual over the mass (``BodyReport.error_m``) where the energy is convex. newton_steps and effort
     (Hessian products of a body, with evaluations, preconditioners and the search for contacts counted as what they cost
-    beside one) bound the
-    time of a step, all its sub-steps together;
-    one that ends there is less exact, which its report says (``Stop.STEP_LIMIT``), and sound all the same. Counts
-    instead of a clock keep runs deterministic.
+    beside one) bound the time of a step, all its sub-steps together; one that ends there is less exact, which its
+    report says (``Stop.STEP_LIMIT``), and sound all the same. Counts instead of a clock keep runs deterministic.
     contact_gap m: distance at which tools begin to push; contact_pressure Pa: scale of that push; friction:
     Coulomb coefficient; slip_speed m/s: below it friction sticks softly.
     """
