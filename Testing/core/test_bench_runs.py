@@ -11,7 +11,9 @@ from organphys.ground.checks import InputError
 from organphys.pipeline.sample_case import write_sample_case
 from organphys_bench import command_line
 from organphys_bench.report.comparisons import not_ahead
+from organphys_bench.report.paper_tables import ALPHAS, figure_8
 from organphys_bench.report.run_set import RunSet
+from organphys_bench.report.sweeps import sweep_curves
 from organphys_bench.report.table import Table
 from organphys_bench.report.write_report import write_report
 from organphys_bench.runs.case_folders import case_folders
@@ -53,6 +55,15 @@ def test_what_has_run_is_not_run_again(finished, monkeypatch):
     run_all([KEY, other], {"tiny": finished[0] / "tiny"}, finished[1], jobs=1, tell=said.append)
     assert asked == [other]
     assert said[0] == "1 of 2 runs are there already"
+
+
+def test_fresh_runs_begin_anew(finished, tmp_path, monkeypatch):
+    path = KEY.path(tmp_path)
+    write_run(path, KEY, {"failure": "old"})
+    monkeypatch.setattr(command_line, "run_all", lambda *_, **__: write_run(path, KEY, {"failure": str(path.exists())}))
+    monkeypatch.setattr("organphys_bench.report.write_report.write_report", lambda *_, **__: [])
+    command_line.main(["--cases", str(finished[0]), "--out", str(tmp_path), "--methods", "rigid_icp", "--fresh"])
+    assert read_runs(tmp_path)[0]["failure"] == "False"
 
 
 def test_a_method_that_dies_is_a_failure_and_a_kill_is_not(tmp_path, monkeypatch):
@@ -100,6 +111,42 @@ def test_the_report_stands_alone_and_names_where_we_are_behind(finished, tmp_pat
     record = json.loads(paths[0].read_text(encoding="utf-8"))
     assert len(record["runs"]) == 7
     assert "picture" not in record["runs"][0]
+
+
+def test_curves_are_of_the_same_cases_and_seeds_for_every_method(finished):
+    run = read_runs(finished[1])[0]
+    levels = {"rigid_icp": {5: 1.0, 10: 1.5, 20: 9.0}, "organphys": {5: 0.5, 10: 9.0}}
+    swept = [
+        better(run, method, factor) | {"condition": vars(Condition("outliers", level, seed))}
+        for method, factors in levels.items()
+        for level, factor in factors.items()
+        for seed in ((0, 1) if method == "organphys" else (0,))
+    ]
+    (curves,) = sweep_curves(RunSet([run, better(run, "organphys", 0.5), *swept]))
+    as_it_is = run["figures"]["ratio_to_oracle"]
+    assert curves.levels == [0.0, 5, 10]
+    assert np.allclose([v for (v,) in curves.ratios["rigid_icp"].values()], as_it_is * np.array([1, 1, 1.5]))
+    assert np.allclose([v for (v,) in curves.ratios["organphys"].values()], as_it_is * np.array([0.5, 0.5, 9]))
+    last = curves.table.rows[-1]
+    assert last[:2] == ("10", "1")
+    assert last[-1] == "0"
+    failed = [one | ({"failure": "no"} if one["method"] == "organphys" else {}) for one in swept]
+    assert sweep_curves(RunSet(failed))[0].table.rows[0][-2:] == ("-", "0")
+
+
+def test_figure_8_says_in_how_many_cases_the_order_is_the_papers():
+    ends = {"a": [(0.03, -0.1), (0.02, -0.2), (0.01, -0.3)], "b": [(0.01, 0.1), (0.02, 0.0), (0.03, 0.1)]}
+    runs = [
+        {
+            "case": case, "method": "paper_figure_8", "condition": vars(Condition()), "failure": "",
+            "facts": {"figure_8": {a: [[0, 1, 0], [float(a), *end]] for a, end in zip(ALPHAS, rows, strict=True)}},
+        }
+        for case, rows in ends.items()
+    ]  # fmt: skip
+    assert figure_8(RunSet(runs)).note.endswith(
+        "Here alpha 0.005 ends with the lowest residual in 1 of 2 cases, and with the smallest volume, below the CT's, "
+        "in 1."
+    )
 
 
 def test_conditions_go_to_text_and_back():

@@ -54,6 +54,7 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("--sweeps", default=",".join(SWEEPS), help=f"which, of {', '.join(SWEEPS)} (default: all)")
     found.add_argument("--sweep-methods", default=SWEPT, help=f"which methods the sweeps run (default: {SWEPT})")
     found.add_argument("--sweep-cases", default="", help="which cases the sweeps run (default: all)")
+    found.add_argument("--fresh", action="store_true", help="run again what has run already")
     found.add_argument("--minutes", type=float, help="begin no run later than this (default: no limit)")
     found.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="runs at a time (default: the cores)")
     found.add_argument("--results", type=Path, help="also write the main table as a part of this Markdown file")
@@ -77,6 +78,8 @@ def run(options: argparse.Namespace) -> None:
     every = case_folders(options.cases)
     keys = planned(options, every)
     if not options.report_only:
+        for key in keys if options.fresh else ():
+            key.path(options.out).unlink(missing_ok=True)
         jobs = max(1, options.jobs)
         run_all(keys, every, options.out, jobs=jobs, minutes=options.minutes, tell=partial(print, flush=True))
     runs = [run for run in read_runs(options.out) if run["case"] in every]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -70,11 +71,12 @@ def elastic_icp(
 ) -> tuple[Array, float, dict[str, Any]]:
     """Nodal displacements (N, 3), gamma and how it went, from ``start`` = T_camera_normalised."""
     chosen = random_subset(len(organ.samples.points), ORGAN_POINTS, 0)
-    u, gamma, outer, inner = np.zeros_like(organ.mesh.nodes), 1.0, 0, 0
+    u, gamma, outer, inner, matching = np.zeros_like(organ.mesh.nodes), 1.0, 0, 0, 0.0
     for level in LEVELS:
         for _ in range(level.steps):
-            shape = organ.deformed(u, gamma, start)
+            shape, begin = organ.deformed(u, gamma, start), process_time()
             matches = find_matches(organ, shape, view, chosen, level.tau, DataOptions())
+            matching += process_time() - begin
             springs, before = organ.springs(matches, shape.points, gamma), (u, gamma)
             u, gamma, steps = minimise(
                 elastic, level.alpha, springs, u, gamma, steps=INNER_STEPS, tolerance=INNER_TOLERANCE
@@ -83,7 +85,8 @@ def elastic_icp(
             move = np.abs(organ.mesh.moved(organ.carried, u - before[0])).max() + abs(gamma - before[1])
             if move < MOVE_TOLERANCE:
                 break
-    return u, gamma, {"outer_steps": outer, "newton_steps": inner, "last_move": float(move)}
+    facts = {"outer_steps": outer, "newton_steps": inner, "last_move": float(move), "matching_processor_s": matching}
+    return u, gamma, facts
 
 
 def paper_elastic_icp(

@@ -95,7 +95,8 @@ def _mapping(mesh: OrganMesh, frame: Normalisation, u: Array, T_scene_ct: Simila
 
 def _reduced_solver(problem: Problem) -> dict[str, float]:
     """The reduced basis at the same start, levels, data terms, energy and stopping tolerance: its processor seconds."""
-    method, options = problem.method, ElasticOptions(levels=LEVELS, move_tolerance=MOVE_TOLERANCE)
+    method = problem.method
+    options = ElasticOptions(levels=LEVELS, move_tolerance=MOVE_TOLERANCE, seen_share=0.0)
     organ, pose = method.organ, method.camera_pose(problem.start)
     begin = process_time()
     _, report = register_elastically(organ, method.view, pose, options=options)

@@ -9,10 +9,10 @@ from organphys.elastic.paper_elastic import paper_elastic
 from organphys.elastic.paper_model import LEVELS, PaperElasticOptions, paper_model
 from organphys.elastic.records import ElasticStep
 from organphys.ground.frames import Similarity
-from organphys.pipeline.session import RegistrationSession
 
 from ..problem.outcome import Clock, Outcome
 from ..problem.problem import Problem
+from .by_stages import outcome, registered_by_stages
 from .rigid_icp import similarity_start
 
 
@@ -29,18 +29,8 @@ def paper_same_start(problem: Problem, clock: Clock) -> Outcome:
 
 
 def _registered(problem: Problem, clock: Clock, start: Similarity | None) -> Outcome:
-    options = problem.options(method="paper")
-    session = RegistrationSession(
-        problem.organ, problem.splat, options, landmarks=problem.landmarks, camera=problem.camera, box=problem.box
-    )
-    for stage in ("coarse", "rigid", "elastic"):
-        with clock.stage(stage):
-            session.advance(stage, start=start if stage == "rigid" else None)
-    done = session.registration
-    facts = {"steps": curve(done.steps, done.organ.normalisation.length)}
-    facts["stages_wall_s"] = dict(done.seconds)
-    stages = {name: done.similarities[name] for name in ("coarse", "rigid")}
-    return Outcome(done.organ.map_points, done.organ.T_scene_ct, stages=stages, facts=facts)
+    done = registered_by_stages(problem, clock, method="paper", start=start)
+    return outcome(done, steps=curve(done.steps, done.organ.normalisation.length))
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,9 @@ STYLE = """
 body{font:15px/1.5 system-ui,sans-serif;max-width:1250px;margin:2em auto;padding:0 1em;color:#1c2430;background:#fff}
 h1,h2,h3{line-height:1.2}h2{margin-top:2.2em;border-bottom:1px solid #d5dbe3;padding-bottom:.2em}
 table{border-collapse:collapse;font-size:13px;font-variant-numeric:tabular-nums}.wide{overflow-x:auto}
-th,td{padding:.25em .6em;text-align:right;border-bottom:1px solid #e5e9ef;white-space:nowrap}
-th{background:#f3f5f8}th:first-child,td:first-child{text-align:left}tr:hover td{background:#f8fafc}
+th,td{padding:.25em .6em;text-align:right;border-bottom:1px solid #e5e9ef}
+td{white-space:nowrap}th{background:#f3f5f8;vertical-align:bottom}
+th:first-child,td:first-child{text-align:left}tr:hover td{background:#f8fafc}
 img.plot{max-width:100%;height:auto}figure{display:inline-block;margin:.4em .8em .4em 0}figcaption{font-size:13px}
 li{margin:.2em 0}
 """

@@ -11,10 +11,9 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from ..peers.methods import METHODS, OURS
-from ..runs.conditions import SWEEPS, Sweep
+from ..peers.methods import METHODS
 from .paper_tables import ALPHAS
-from .run_set import SUCCESS, RunSet, mean_tre, ratio
+from .run_set import RunSet, mean_tre, ratio
 
 COLOURS = dict(zip(METHODS, plt.get_cmap("tab20").colors[::2] + plt.get_cmap("tab20").colors[1::2], strict=False))
 COLOURS |= {"organphys": (0.0, 0.25, 0.65), "organphys_no_landmarks": (0.30, 0.65, 1.0)}
@@ -33,7 +32,7 @@ def ratio_plot(runs: RunSet) -> Figure:
     axes.axvline(1, color="grey", linewidth=1, linestyle="--")
     axes.set(xscale="log", xlabel="mean TRE / mean TRE of the best similarity (dashed: 1)")
     axes.set_ylim(-0.6, len(runs.methods) - 0.4)
-    _plain_numbers(axes.xaxis)
+    plain_numbers(axes.xaxis)
     axes.set_yticks(range(len(runs.methods)), [METHODS[method].title for method in runs.methods])
     axes.invert_yaxis()
     axes.grid(axis="x", which="both", alpha=0.25)
@@ -51,14 +50,14 @@ def time_plot(runs: RunSet) -> Figure:
             tre = runs.values(method, mean_tre).mean()
             axes.scatter(seconds, tre, s=60, color=COLOURS[method], label=METHODS[method].title)
     axes.set(xscale="log", yscale="log", xlabel="processor seconds, mean over the cases", ylabel="mean TRE, mm")
-    _plain_numbers(axes.xaxis)
-    _plain_numbers(axes.yaxis)
+    plain_numbers(axes.xaxis)
+    plain_numbers(axes.yaxis)
     axes.grid(which="both", alpha=0.25)
     axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5), frameon=False)
     return figure
 
 
-def _plain_numbers(axis: Axis) -> None:
+def plain_numbers(axis: Axis) -> None:
     """Labels such as 0.2, 0.5, 1, 2 on a logarithmic axis."""
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
@@ -86,53 +85,3 @@ def figure_8_plot(runs: RunSet) -> Figure | None:
     grid[1, 0].set_ylabel("volume drift, %", fontsize=8)
     grid[0, 0].legend(fontsize=7)
     return figure
-
-
-def sweep_plot(runs: RunSet, sweep: Sweep) -> Figure | None:
-    """Median ratio over cases and seeds with the quartiles, and the share of registrations that succeed."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 3.9), layout="constrained")
-    drawn = False
-    for method in runs.methods:
-        points = [(level, values) for level in _levels(sweep) if len(values := _ratios(runs, sweep, method, level))]
-        if len(points) < 2:
-            continue
-        drawn, levels = True, [level for level, _ in points]
-        low, middle, high = np.array([np.percentile(values, (25, 50, 75)) for _, values in points]).T
-        style = {"color": COLOURS[method], "linewidth": 2.4 if method in OURS else 1.3}
-        left.plot(levels, middle, marker="o", markersize=3.5, label=METHODS[method].title, **style)
-        left.fill_between(levels, low, high, color=COLOURS[method], alpha=0.10)
-        right.plot(
-            levels, [100 * np.mean(values <= SUCCESS) for _, values in points], marker="o", markersize=3.5, **style
-        )
-    left.set(xlabel=sweep.label, ylabel="TRE / best similarity's", yscale="log")
-    _plain_numbers(left.yaxis)
-    right.set(xlabel=sweep.label, ylabel=f"ratio at most {SUCCESS:g}, % of runs", ylim=(-3, 103))
-    for axes in (left, right):
-        axes.grid(which="both", alpha=0.25)
-    figure.legend(*left.get_legend_handles_labels(), fontsize=8, loc="outside right center", frameon=False)
-    if not drawn:
-        plt.close(figure)
-    return figure if drawn else None
-
-
-def _levels(sweep: Sweep) -> list[float]:
-    """With 0, the case as it is, where that belongs to the sweep."""
-    return sorted({*sweep.levels, *(() if sweep.name == "visibility" else (0.0,))})
-
-
-def _ratios(runs: RunSet, sweep: Sweep, method: str, level: float) -> np.ndarray:
-    """Ratios of all cases and seeds at one level; a failed run counts as infinite."""
-    found = []
-    for run in runs.runs:
-        condition = run["condition"]
-        as_it_is = level == 0 and sweep.name != "landmarks" and condition["sweep"] == "baseline"
-        swept = condition["sweep"] == sweep.name and condition["level"] == level
-        if run["method"] == method and (swept or as_it_is):
-            found.append(np.inf if run["failure"] else run["figures"]["ratio_to_oracle"])
-    return np.array(found)
-
-
-def sweep_plots(runs: RunSet) -> list[tuple[Sweep, Figure]]:
-    """Those sweeps that have run."""
-    drawn = [(sweep, sweep_plot(runs, sweep)) for sweep in SWEEPS.values()]
-    return [(sweep, figure) for sweep, figure in drawn if figure is not None]

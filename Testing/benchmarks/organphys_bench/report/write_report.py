@@ -13,8 +13,9 @@ from .main_tables import case_table, fit_table, main_table, region_table, time_t
 from .page import listed, page, picture, plot
 from .paper_tables import figure_8, table_2
 from .pictures import case_pictures, png
-from .plots import figure_8_plot, ratio_plot, sweep_plots, time_plot
+from .plots import figure_8_plot, ratio_plot, time_plot
 from .run_set import Run, RunSet
+from .sweeps import sweep_curves
 from .table import Table
 
 TITLE = "OrganPhys beside its peers"
@@ -77,8 +78,12 @@ def html_parts(runs: RunSet, cases: dict[str, Path], how: Sequence[str]) -> list
         parts += ["<h2>The paper's own tables</h2>", *(table.html for table in tables)]
     if (drawn := figure_8_plot(runs)) is not None:
         parts.append(plot(drawn, "Figure 8 of the paper on these cases"))
-    for sweep, figure in sweep_plots(runs):
-        parts += [f"<h2>Sweep: {sweep.name}</h2>", plot(figure, f"TRE and success over {sweep.label}")]
+    for curves in sweep_curves(runs):
+        parts += [
+            f"<h2>Sweep: {curves.sweep.name}</h2>",
+            plot(curves.plot, f"TRE and success over {curves.sweep.label}"),
+        ]
+        parts.append(curves.table.html)
     parts += ["<h2>Pictures</h2>", PICTURES_NOTE]
     for case in runs.cases:
         images = [picture(png(image), caption) for caption, image in case_pictures(runs, case, cases[case])]
@@ -107,7 +112,8 @@ def markdown(runs: RunSet, how: Sequence[str]) -> str:
     parts += [main_table(runs).markdown, "OrganPhys, with landmarks, is:"]
     parts += ["\n".join(f"- {line}" for line in verdict_lines(runs)), "## Where OrganPhys is not ahead"]
     parts.append("\n".join(f"- {line}" for line in lines) if lines else "Nowhere.")
-    parts += [table.markdown for table in [*accuracy_tables(runs)[1:], *paper_tables(runs)]]
+    sweeps = [curves.table for curves in sweep_curves(runs)]
+    parts += [table.markdown for table in [*accuracy_tables(runs)[1:], *paper_tables(runs), *sweeps]]
     if failures := runs.failures():
         parts += ["## Runs without a result", "\n".join(f"- {line}" for line in failures)]
     return "\n\n".join(parts) + "\n"

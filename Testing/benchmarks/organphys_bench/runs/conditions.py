@@ -18,12 +18,14 @@ BASELINE = "baseline"
 
 @dataclass(frozen=True)
 class Sweep:
-    """One quantity made worse (or, for what is seen, better) step by step; ``seeds``: repetitions."""
+    """One quantity made worse (or, for what is seen, better) step by step; ``seeds``: repetitions; ``added``: to the
+    case as it is, which is then level 0."""
 
     name: str
     label: str
     levels: tuple[float, ...]
     seeds: int
+    added: bool = False
 
 
 CUT = (10, 15, 20, 25, 30)
@@ -31,8 +33,14 @@ SWEEPS = {
     sweep.name: sweep
     for sweep in (
         Sweep("landmarks", "landmarks moved by, mm", (0, 3, 6, 10), 10),
-        Sweep("noise", "noise added to the splat, mm (two components of this standard deviation)", (0.3, 0.6, 1.2), 3),
-        Sweep("outliers", "opaque outliers added, % of the splat", (5, 10, 20, 40), 3),
+        Sweep(
+            "noise",
+            "noise added to the splat, mm (two components of this standard deviation)",
+            (0.3, 0.6, 1.2),
+            3,
+            True,
+        ),
+        Sweep("outliers", "opaque outliers added, % of the splat", (5, 10, 20, 40), 3, True),
         Sweep("cut", "organ surface left in the case's own splat, % (all that it has, where that is less)", CUT, 3),
         Sweep("visibility", "organ surface reconstructed in a splat made anew, %", (15, 20, 30, 45, 60), 3),
     )

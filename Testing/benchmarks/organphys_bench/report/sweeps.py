@@ -1,0 +1,114 @@
+"""The sweeps of the full benchmark: how error and success change as one thing is made worse, as curves and tables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+
+from organphys.ground.checks import Array
+
+from ..peers.methods import METHODS, OURS
+from ..runs.conditions import SWEEPS, Sweep
+from .plots import COLOURS, plain_numbers
+from .run_set import SUCCESS, Run, RunSet, number
+from .table import Table
+
+
+@dataclass(frozen=True)
+class Curves:
+    """One sweep: ``ratios`` by method and level, the TRE over the best similarity's of every case and seed that all
+    methods have run at that level; infinite for a run without a result."""
+
+    sweep: Sweep
+    ratios: dict[str, dict[float, Array]]
+
+    @property
+    def levels(self) -> list[float]:
+        return list(next(iter(self.ratios.values())))
+
+    @property
+    def table(self) -> Table:
+        """A row per level."""
+        names = [part for method in self.ratios for part in _column_names(METHODS[method].title)]
+        rows = []
+        for level in self.levels:
+            cells = [cell for values in self.ratios.values() for cell in _cells(values[level])]
+            rows.append((f"{level:g}", str(len(next(iter(self.ratios.values()))[level])), *cells))
+        return Table(
+            f"Sweep: {self.sweep.name}", (self.sweep.label, "runs", *names), tuple(rows),
+            f"TRE over that of the best similarity; success: at most {SUCCESS:g}. Runs: cases and seeds, the same for "
+            "every method.",
+        )  # fmt: skip
+
+    @property
+    def plot(self) -> Figure:
+        """Median ratio with the quartiles, and the share of registrations that succeed."""
+        figure, (left, right) = plt.subplots(1, 2, figsize=(11, 3.9), layout="constrained")
+        for method, by_level in self.ratios.items():
+            values = list(by_level.values())
+            low, middle, high = np.array([np.percentile(v, (25, 50, 75), method="nearest") for v in values]).T
+            succeeded = [100 * np.mean(v <= SUCCESS) for v in values]
+            style = {"color": COLOURS[method], "linewidth": 2.4 if method in OURS else 1.3, "marker": "o"}
+            left.plot(self.levels, middle, markersize=3.5, label=METHODS[method].title, **style)
+            left.fill_between(self.levels, low, high, color=COLOURS[method], alpha=0.12, linewidth=0)
+            right.plot(self.levels, succeeded, markersize=3.5, **style)
+        left.set(xlabel=self.sweep.label, ylabel="TRE / best similarity's, median, quartiles", yscale="log")
+        plain_numbers(left.yaxis)
+        right.set(xlabel=self.sweep.label, ylabel=f"ratio at most {SUCCESS:g}, % of runs", ylim=(-3, 103))
+        for axes in (left, right):
+            axes.grid(which="both", alpha=0.25)
+            axes.xaxis.label.set_fontsize(8)
+        figure.legend(*left.get_legend_handles_labels(), fontsize=8, loc="outside right center", frameon=False)
+        return figure
+
+
+def sweep_curves(runs: RunSet) -> list[Curves]:
+    """Those sweeps that have run at two levels at least."""
+    found = [Curves(sweep, _ratios(runs, sweep)) for sweep in SWEEPS.values()]
+    return [curves for curves in found if curves.ratios and len(curves.levels) > 1]
+
+
+Found = dict[tuple[str, float], dict[tuple[str, int], float]]
+"""Ratios by method and level, then by case and seed."""
+
+
+def _ratios(runs: RunSet, sweep: Sweep) -> dict[str, dict[float, Array]]:
+    found: Found = {}
+    for run in runs.runs:
+        condition = run["condition"]
+        if condition["sweep"] == sweep.name:
+            pairs = found.setdefault((run["method"], condition["level"]), {})
+            pairs[run["case"], condition["seed"]] = _ratio(run)
+    if sweep.added:
+        _add_cases_as_they_are(runs, found)
+    methods = [name for name in METHODS if any(name == method for method, _ in found)]
+    ratios: dict[str, dict[float, Array]] = {method: {} for method in methods}
+    for level in sorted({level for _, level in found}):
+        at_level = [found.get((method, level), {}) for method in methods]
+        if common := sorted(set.intersection(*map(set, at_level))):
+            for method, pairs in zip(methods, at_level, strict=True):
+                ratios[method][level] = np.array([pairs[pair] for pair in common])
+    return ratios
+
+
+def _add_cases_as_they_are(runs: RunSet, found: Found) -> None:
+    """Level 0: the baseline of the cases that the sweep has run."""
+    swept = {(method, case) for (method, _), pairs in found.items() for case, _ in pairs}
+    for (case, method), run in runs.baseline.items():
+        if (method, case) in swept:
+            found.setdefault((method, 0.0), {})[case, 0] = _ratio(run)
+
+
+def _ratio(run: Run) -> float:
+    return float("inf") if run["failure"] else float(run["figures"]["ratio_to_oracle"])
+
+
+def _column_names(title: str) -> tuple[str, str]:
+    return f"{title}, median ratio", "success %"
+
+
+def _cells(values: Array) -> tuple[str, str]:
+    return number(float(np.median(values))), f"{100 * np.mean(values <= SUCCESS):.0f}"
