@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
-import numpy as np
 from injected import KINDS
 from results_file import machine_lines, write_part
 
@@ -95,11 +94,15 @@ def _scenes(scenes: list[dict], growth: dict) -> list[str]:
     ]
     memory = growth.get("memory_mb", [])
     if memory:
-        after = ", ".join(f"{memory[k]:.0f} MB ({k + 1})" for k in range(0, len(memory), max(1, len(memory) // 10)))
+        resident, allocated = zip(*memory, strict=True)
+        steps = range(0, len(memory), max(1, len(memory) // 10))
+        after = ", ".join(f"{allocated[k]:.2f} ({k + 1})" for k in steps)
+        step = 1024 * (allocated[-1] - allocated[9]) / (len(memory) - 10)
         lines += [
-            f"Resident memory over {len(memory)} whole runs, each in a new scene, after run: {after}; at the end "
-            f"{memory[-1]:.0f} MB. It grows in blocks that the allocator takes; the median step from run to run is "
-            f"{np.median(np.diff(memory)):.3f} MB.",
+            f"Memory over {len(memory)} whole runs, each in a new scene. Allocated and not freed (glibc's mallinfo2), "
+            f"MB after run: {after}; at the end {allocated[-1]:.2f}, that is {step:.0f} kB a run. Resident, with what the "
+            f"allocator keeps: {resident[0]:.0f} MB after the first run, at most {max(resident):.0f} MB, at the end "
+            f"{resident[-1]:.0f} MB.",
             "",
         ]
     return lines

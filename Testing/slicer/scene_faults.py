@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import os
 from collections.abc import Callable, Iterator
@@ -179,8 +180,23 @@ def resident_mb() -> float:
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
-def whole_runs(host: Any, logic: OrganPhysRegistrationLogic, count: int) -> Iterator[float]:
-    """Resident memory in MB after each of ``count`` whole runs, in a new scene each."""
+class _Mallinfo(ctypes.Structure):
+    """glibc's struct mallinfo2 (malloc.h)."""
+
+    _names = ("arena", "ordblks", "smblks", "hblks", "hblkhd", "usmblks", "fsmblks", "uordblks", "fordblks", "keepcost")
+    _fields_ = tuple((name, ctypes.c_size_t) for name in _names)
+
+
+def allocated_mb() -> float:
+    """Memory that is allocated and not freed, without what the allocator keeps for later; glibc from 2.33 only."""
+    mallinfo = ctypes.CDLL(None).mallinfo2
+    mallinfo.restype = _Mallinfo
+    held = mallinfo()
+    return (held.uordblks + held.hblkhd) / 2**20
+
+
+def whole_runs(host: Any, logic: OrganPhysRegistrationLogic, count: int) -> Iterator[tuple[float, float]]:
+    """Resident and allocated memory in MB after each of ``count`` whole runs, in a new scene each."""
     for _ in range(count):
         host.clear_scene()
         run = logic.startRun(run_inputs())
@@ -188,7 +204,7 @@ def whole_runs(host: Any, logic: OrganPhysRegistrationLogic, count: int) -> Iter
         host.process()
         host.clear_scene()
         gc.collect()
-        yield resident_mb()
+        yield resident_mb(), allocated_mb()
 
 
 HELD = (RegistrationRun, SimulationSession)

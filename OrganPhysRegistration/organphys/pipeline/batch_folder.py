@@ -26,6 +26,9 @@ class CaseFolder:
 
     The results are made in .batch/name.part and renamed to their place in one step. Older results of other inputs move
     to .batch/name.old before that, and back if the step never came.
+
+    A case has its folder for itself, so all of it can be exchanged at once; ``output_folder.whole_or_nothing`` writes
+    into folders that also hold files of others, and can only move its own one by one.
     """
 
     out: Path
