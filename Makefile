@@ -9,7 +9,8 @@
 # make licences  THIRD_PARTY.md, the licences of all packages
 # make test-wheel  wheel and sdist, installed into an empty environment, run the demo
 # make bench  OrganPhys and its peers on the cases in CASES, as JSON, one HTML page and a part of RESULTS.md (25 minutes
-#             on 2 cores); make bench-full adds sweeps, seeds, scaling, speeds (hours); both go on where stopped
+#             on 2 cores); make bench-full adds sweeps, seeds, scaling, speeds (hours); both go on where stopped.
+#             MINUTES=60: no run of a sweep begins later
 # make clean  remove the environment and what the demo wrote
 #
 # Needs Python >= 3.10 and the network on the first call. Another interpreter: make demo PYTHON=/path/to/python3
@@ -19,6 +20,7 @@ BIN := $(VENV)/bin
 DEMO ?= organphys-demo
 CASES ?= ../shared/cases/dev
 BENCH ?= organphys-bench
+MINUTES ?=
 IS_NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 10))
 
 # The first of these that runs and is new enough; left empty when there is none.
@@ -55,7 +57,8 @@ bench: setup-test
 	$(BIN)/organphys-bench --cases "$(CASES)" --out "$(BENCH)" --results Testing/benchmarks/RESULTS.md
 
 bench-full: setup-test
-	$(BIN)/organphys-bench --cases "$(CASES)" --out "$(BENCH)" --full
+	$(BIN)/organphys-bench --cases "$(CASES)" --out "$(BENCH)" --full $(addprefix --minutes ,$(MINUTES)) \
+	  --results Testing/benchmarks/RESULTS.md
 	$(BIN)/python Testing/benchmarks/scaling.py
 	$(BIN)/python Testing/benchmarks/scaling.py --target
 	$(BIN)/python Testing/benchmarks/parts_speed.py --keep

@@ -99,10 +99,12 @@ def test_the_report_stands_alone_and_names_where_we_are_behind(finished, tmp_pat
     results = tmp_path / "RESULTS.md"
     cases = case_folders(finished[0])
     paths = write_report([*runs, *swept], cases, tmp_path, command="organphys-bench", results=results)
-    html, part = (path.read_text(encoding="utf-8") for path in paths[1:])
+    html, part = (path.read_text(encoding="utf-8") for path in paths[1:3])
     assert "src='data:image/png;base64," in html
     assert "http" not in html.replace("http-equiv", "")
     assert "Sweep: landmarks" in html
+    assert [path.name for path in paths[3:]] == ["bench_ratio.png", "bench_landmarks.png"]
+    assert all(path.stat().st_size < 100_000 and f"]({path.name})" in part for path in paths[3:])
     lines = not_ahead(RunSet(runs))
     assert len(lines) == 1
     assert lines[0].startswith("tiny: similarity ICP has")

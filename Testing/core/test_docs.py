@@ -14,6 +14,7 @@ from session_examples import small_problem
 from organphys import InputError
 from organphys.pipeline.command_line import _with_negative_values, build_parser
 from organphys.pipeline.sample_case import write_sample_case
+from organphys_bench.command_line import parser as bench_parser
 
 REPOSITORY = "https://github.com/OrganPhys/OrganPhys/blob/main/"
 LARGEST_PICTURE = 300_000  # bytes
@@ -86,8 +87,9 @@ def test_every_command_is_shown() -> None:
 
 @pytest.mark.parametrize("name", PAGES)
 def test_options_exist(name: str) -> None:
-    known = {"--additional-module-paths", "--no-main-window", "--testing", "--python-script", "--help", "--cases"}
-    for parser in build_parser()._subparsers._group_actions[0].choices.values():  # type: ignore[union-attr]
+    known = {"--additional-module-paths", "--no-main-window", "--testing", "--python-script", "--help"}
+    parsers = build_parser()._subparsers._group_actions[0].choices.values()  # type: ignore[union-attr]
+    for parser in (bench_parser(), *parsers):
         known |= {option for action in parser._actions for option in action.option_strings}
     assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", PAGES[name])) <= known
 

@@ -15,6 +15,13 @@ COLUMNS = (
 ALPHAS = ("0.05", "0.025", "0.005")
 
 
+def paper_tables(runs: RunSet) -> list[Table]:
+    """Those with rows."""
+    there = {method for _, method in runs.baseline}
+    tables = [table_2(runs)] if {"paper", "paper_same_start"} & there else []
+    return [*tables, figure_8(runs)] if "paper_figure_8" in there else tables
+
+
 def table_2(runs: RunSet) -> Table:
     """Its method on our cases, once with its own coarse alignment and once from the common start."""
     rows = []

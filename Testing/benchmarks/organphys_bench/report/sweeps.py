@@ -20,10 +20,11 @@ from .table import Table
 @dataclass(frozen=True)
 class Curves:
     """One sweep: ``ratios`` by method and level, the TRE over the best similarity's of every case and seed that all
-    methods have run at that level; infinite for a run without a result."""
+    methods have run at that level; infinite for a run without a result. ``commits``: of which the runs are."""
 
     sweep: Sweep
     ratios: dict[str, dict[float, Array]]
+    commits: tuple[str, ...]
 
     @property
     def levels(self) -> list[float]:
@@ -40,7 +41,7 @@ class Curves:
         return Table(
             f"Sweep: {self.sweep.name}", (self.sweep.label, "runs", *names), tuple(rows),
             f"TRE over that of the best similarity; success: at most {SUCCESS:g}. Runs: cases and seeds, the same for "
-            "every method.",
+            f"every method; of commit {', '.join(self.commits)}.",
         )  # fmt: skip
 
     @property
@@ -67,7 +68,7 @@ class Curves:
 
 def sweep_curves(runs: RunSet) -> list[Curves]:
     """Those sweeps that have run at two levels at least."""
-    found = [Curves(sweep, _ratios(runs, sweep)) for sweep in SWEEPS.values()]
+    found = [Curves(sweep, _ratios(runs, sweep), _commits(runs, sweep)) for sweep in SWEEPS.values()]
     return [curves for curves in found if curves.ratios and len(curves.levels) > 1]
 
 
@@ -100,6 +101,10 @@ def _add_cases_as_they_are(runs: RunSet, found: Found) -> None:
     for (case, method), run in runs.baseline.items():
         if (method, case) in swept:
             found.setdefault((method, 0.0), {})[case, 0] = _ratio(run)
+
+
+def _commits(runs: RunSet, sweep: Sweep) -> tuple[str, ...]:
+    return tuple(sorted({run["commit"] for run in runs.runs if run["condition"]["sweep"] == sweep.name}))
 
 
 def _ratio(run: Run) -> float:

@@ -11,14 +11,12 @@ from organphys.ground.atomic_file import write_text
 from .comparisons import not_ahead, solver_table, verdict_lines
 from .main_tables import case_table, fit_table, main_table, region_table, time_table
 from .page import listed, page, picture, plot
-from .paper_tables import figure_8, table_2
+from .paper_tables import paper_tables
 from .pictures import case_pictures, png
 from .plots import figure_8_plot, ratio_plot, time_plot
+from .results_part import TITLE, write_results
 from .run_set import Run, RunSet
 from .sweeps import sweep_curves
-from .table import Table
-
-TITLE = "OrganPhys beside its peers"
 
 
 def write_report(
@@ -30,10 +28,7 @@ def write_report(
     write_text(written[0], json.dumps(summary(found, how), indent=1) + "\n")
     write_text(written[1], page(TITLE, html_parts(found, cases, how)))
     if results is not None:
-        from results_file import write_part
-
-        write_part(results, markdown(found, how))
-        written.append(results)
+        written += write_results(results, found, how)
     return written
 
 
@@ -51,20 +46,6 @@ def summary(runs: RunSet, how: Sequence[str]) -> dict:
     """Everything but the pictures' data, for programs."""
     bare = [{name: value for name, value in run.items() if name != "picture"} for run in runs.runs]
     return {"how": list(how), "verdict": verdict_lines(runs), "not_ahead": not_ahead(runs), "runs": bare}
-
-
-def accuracy_tables(runs: RunSet) -> list[Table]:
-    """The tables that RESULTS.md shows too."""
-    tables = [main_table(runs), region_table(runs), fit_table(runs), time_table(runs)]
-    solver = solver_table(runs)
-    return tables if solver is None else [*tables, solver]
-
-
-def paper_tables(runs: RunSet) -> list[Table]:
-    """Those with rows."""
-    there = {method for _, method in runs.baseline}
-    tables = [table_2(runs)] if {"paper", "paper_same_start"} & there else []
-    return [*tables, figure_8(runs)] if "paper_figure_8" in there else tables
 
 
 def html_parts(runs: RunSet, cases: dict[str, Path], how: Sequence[str]) -> list[str]:
@@ -103,17 +84,3 @@ PICTURES_NOTE = (
 def _not_ahead_html(runs: RunSet) -> str:
     lines = not_ahead(runs)
     return "<h3>Where OrganPhys is not ahead</h3>" + (listed(lines) if lines else "<p>Nowhere.</p>")
-
-
-def markdown(runs: RunSet, how: Sequence[str]) -> str:
-    """The part of RESULTS.md."""
-    lines = not_ahead(runs)
-    parts = [f"# {TITLE}", "\n".join(f"- {line}" for line in how)]
-    parts += [main_table(runs).markdown, "OrganPhys, with landmarks, is:"]
-    parts += ["\n".join(f"- {line}" for line in verdict_lines(runs)), "## Where OrganPhys is not ahead"]
-    parts.append("\n".join(f"- {line}" for line in lines) if lines else "Nowhere.")
-    sweeps = [curves.table for curves in sweep_curves(runs)]
-    parts += [table.markdown for table in [*accuracy_tables(runs)[1:], *paper_tables(runs), *sweeps]]
-    if failures := runs.failures():
-        parts += ["## Runs without a result", "\n".join(f"- {line}" for line in failures)]
-    return "\n\n".join(parts) + "\n"
