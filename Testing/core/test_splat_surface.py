@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from organphys.align.quick_surface import quick_surface
 from organphys.align.splat_surface import (
     SplatSurfaceOptions,
     cell_averages,
@@ -37,9 +38,9 @@ def off_sphere(points):
     return np.abs(np.linalg.norm(points - CENTRE, axis=1) - RADIUS)
 
 
-@pytest.fixture(scope="module")
-def surface():
-    return splat_surface(cap())
+@pytest.fixture(scope="module", params=[splat_surface, quick_surface])
+def surface(request):
+    return request.param(cap())
 
 
 def test_normals_point_outwards_to_the_camera(surface):
@@ -103,9 +104,10 @@ def test_large_splats_are_subsampled_with_the_seed():
     assert not np.array_equal(first.points, splat_surface(points, options=options, seed=3).points)
 
 
-def test_too_few_points_are_refused():
+@pytest.mark.parametrize("surface_of", [splat_surface, quick_surface])
+def test_too_few_points_are_refused(surface_of):
     with pytest.raises(InputError, match="lower the opacity"):
-        splat_surface(cap(count=80))
+        surface_of(cap(count=80))
 
 
 def test_camera_frame_of_a_moved_camera():

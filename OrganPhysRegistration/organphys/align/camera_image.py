@@ -85,7 +85,7 @@ def camera_image(
 ) -> CameraImage:
     """Image of the seen organ. ``others`` (K, 3): opaque points that are not the organ's (camera frame)."""
     options = options or CameraImageOptions()
-    plane = surface.points[:, :2] / surface.points[:, 2:]
+    plane = surface.plane
     pixel = max(
         float(np.ptp(plane, axis=0).max()) / options.pixels,
         1.3 * surface.spacing / float(np.median(surface.points[:, 2])),
@@ -108,7 +108,7 @@ def camera_image(
         occluder = _nearest_distance(others, low, pixel, (width, height))
         unknown |= ~mask & (occluder < organ_distance + options.behind * surface.radius)
     facing = -np.einsum("ij,ij->i", surface.normals, surface.points) / distance
-    beyond = ~mask & beyond_cuts(outline(mask, unknown), plane, facing, low, pixel)
+    beyond = ~mask & beyond_cuts(outline(mask, unknown), surface.plane_tree, facing, low, pixel)
     return CameraImage(
         mask=mask,
         unknown=unknown | beyond,

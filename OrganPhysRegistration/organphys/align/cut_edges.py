@@ -13,6 +13,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from ..ground.checks import Array
+from ..points.point_groups import PointGroups
 
 Mask = NDArray[np.bool_]
 
@@ -24,14 +25,14 @@ WIDENING = 2.0  # beyond a cut the organ may turn outward by 60 degrees from its
 SHORTEST = 10  # pixels of edge; shorter stretches are noise
 
 
-def beyond_cuts(outline: Mask, plane: Array, facing: Array, low: Array, pixel: float) -> Mask:
+def beyond_cuts(outline: Mask, places: cKDTree, facing: Array, low: Array, pixel: float) -> Mask:
     """(W, H) bool: pixels of which nothing is known because the seen surface was cut off on their side.
 
-    outline (W, H): boundary pixels of the mask with known-empty pixels beside them; plane (N, 2): image-plane places of
-    the surface points, facing (N,): cosines of their normals towards the camera. The organ may widen beyond a cut,
-    so only true outline that is clearly nearer than the cut vouches for an empty pixel.
+    outline (W, H): boundary pixels of the mask with known-empty pixels beside them; places: tree of the surface points
+    (N, 2) on the image plane, facing (N,): cosines of their normals towards the camera. The organ may widen beyond a
+    cut, so only true outline that is clearly nearer than the cut vouches for an empty pixel.
     """
-    cut = cut_edges(outline, plane, facing, low, pixel)
+    cut = cut_edges(outline, places, facing, low, pixel)
     if not cut.any():
         return cut
     true_outline = outline & ~cut
@@ -42,43 +43,31 @@ def beyond_cuts(outline: Mask, plane: Array, facing: Array, low: Array, pixel: f
     return beyond
 
 
-def cut_edges(outline: Mask, plane: Array, facing: Array, low: Array, pixel: float) -> Mask:
+def cut_edges(outline: Mask, places: cKDTree, facing: Array, low: Array, pixel: float) -> Mask:
     """(W, H) bool: pixels of the ``outline`` at which the surface was cut off; arguments as of ``beyond_cuts``."""
     index = np.argwhere(outline)
     cut = np.zeros_like(outline)
     if not len(index):
         return cut
-    centres, tree = low + (index + 0.5) * pixel, cKDTree(plane)
-    inward = _inward(tree, plane, centres, pixel)
-    at_edge = _disc_median(tree, facing, centres + NEAR[0] * pixel * inward, NEAR[1] * pixel)
-    further_in = _disc_median(tree, facing, centres + INWARD[0] * pixel * inward, INWARD[1] * pixel)
-    beside = cKDTree(index).query_ball_point(index, ALONG)
-    edge, steady = _median_of(at_edge, beside), _median_of(at_edge / further_in, beside)
+    centres = low + (index + 0.5) * pixel
+    inward = _inward(places, centres, pixel)
+    at_edge, further_in = (
+        PointGroups.within(places, centres + away * pixel * inward, radius * pixel).median(facing, fewest=3)
+        for away, radius in (NEAR, INWARD)
+    )
+    beside = PointGroups.within(cKDTree(index), index.astype(np.float64), ALONG)
+    edge, steady = beside.median(at_edge), beside.median(at_edge / further_in)
     found = index[(edge > FACING) & (steady > STEADY)]
     cut[found[:, 0], found[:, 1]] = True
     return _long_stretches(cut)
 
 
-def _inward(tree: cKDTree, plane: Array, centres: Array, pixel: float) -> Array:
+def _inward(places: cKDTree, centres: Array, pixel: float) -> Array:
     """Unit directions (K, 2) from edge places towards the surface points around them."""
-    near = tree.query_ball_point(centres, 6 * pixel)
-    towards = np.array([plane[k].mean(0) if len(k) else c for k, c in zip(near, centres, strict=True)]) - centres
+    near = PointGroups.within(places, centres, 6 * pixel)
+    towards = np.where(near.sizes[:, None] > 0, near.mean(places.data) - centres, 0.0)
     found: Array = towards / (np.linalg.norm(towards, axis=1, keepdims=True) + 1e-12)
     return found
-
-
-def _disc_median(tree: cKDTree, values: Array, centres: Array, radius: float) -> Array:
-    """Median value (K,) of the points within ``radius`` of each centre; nan where there are fewer than three."""
-    return _median_of(values, tree.query_ball_point(centres, radius), fewest=3)
-
-
-def _median_of(values: Array, groups: NDArray[np.object_], fewest: int = 1) -> Array:
-    out = np.full(len(groups), np.nan)
-    for k, group in enumerate(groups):
-        known = values[group][np.isfinite(values[group])]
-        if len(known) >= fewest:
-            out[k] = np.median(known)
-    return out
 
 
 def _long_stretches(cut: Mask) -> Mask:

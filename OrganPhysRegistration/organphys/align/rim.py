@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from ..ground.checks import Array
+from ..points.point_groups import PointGroups
 from ..points.sampling import random_subset
 from .camera_image import CameraImage
 from .splat_surface import SplatSurface
@@ -37,9 +37,8 @@ def find_rim(surface: SplatSurface, image: CameraImage, *, shift_pixels: float =
         return Rim(np.zeros((0, 2)), np.zeros((0, 2)))
     outward = _outward_normals(image, pixels)
     centres = image.centre(pixels)
-    plane = surface.points[:, :2] / surface.points[:, 2:]
-    reach, kept = _outermost(plane, centres, outward, image.pixel)
-    kept &= _turns_away(surface, plane, centres, outward, image.pixel)
+    reach, kept = _outermost(surface, centres, outward, image.pixel)
+    kept &= _turns_away(surface, centres, outward, image.pixel)
     shifted = centres + (reach + shift_pixels * image.pixel)[:, None] * outward
     return Rim(shifted[kept], outward[kept])
 
@@ -63,7 +62,7 @@ def _outward_normals(image: CameraImage, pixels: NDArray[np.int64], sigma: float
     return outward
 
 
-def _turns_away(surface: SplatSurface, plane: Array, centres: Array, outward: Array, pixel: float) -> NDArray[np.bool_]:
+def _turns_away(surface: SplatSurface, centres: Array, outward: Array, pixel: float) -> NDArray[np.bool_]:
     """(K,) whether the surface beside each rim place turns away in the rim's own direction.
 
     At an organ's outline the normal lies across the ray, along the outline's (Koenderink, Perception 13, 1984); where
@@ -71,20 +70,20 @@ def _turns_away(surface: SplatSurface, plane: Array, centres: Array, outward: Ar
     """
     unit = surface.points / np.linalg.norm(surface.points, axis=1, keepdims=True)
     across = (surface.normals - np.einsum("ij,ij->i", surface.normals, unit)[:, None] * unit)[:, :2]
-    near = cKDTree(plane).query_ball_point(centres - 2 * pixel * outward, 3 * pixel)
-    mean = np.array([across[k].mean(0) if len(k) else np.zeros(2) for k in near])
+    mean = PointGroups.within(surface.plane_tree, centres - 2 * pixel * outward, 3 * pixel).mean(across)
     found: NDArray[np.bool_] = np.einsum("ij,ij->i", mean, outward) > ALIGNED * np.linalg.norm(mean, axis=1)
     return found
 
 
-def _outermost(plane: Array, centres: Array, outward: Array, pixel: float) -> tuple[Array, NDArray[np.bool_]]:
+def _outermost(surface: SplatSurface, centres: Array, outward: Array, pixel: float) -> tuple[Array, NDArray[np.bool_]]:
     """Mean reach along ``outward`` of the two outermost points near each centre, and which centres have them."""
-    near = cKDTree(plane).query_ball_point(centres + 0.5 * pixel * outward, 2.2 * pixel)
-    reach, kept = np.zeros(len(centres)), np.zeros(len(centres), dtype=bool)
-    for k, (indices, centre, normal) in enumerate(zip(near, centres, outward, strict=True)):
-        offset = plane[indices] - centre
-        beside = np.abs(offset @ np.array([-normal[1], normal[0]])) < 1.3 * pixel
-        if len(indices) >= 3 and beside.sum() >= 2:
-            reach[k] = np.sort((offset @ normal)[beside])[-2:].mean()
-            kept[k] = True
+    near = PointGroups.within(surface.plane_tree, centres + 0.5 * pixel * outward, 2.2 * pixel)
+    offset, normal = surface.plane[near.member] - centres[near.place], outward[near.place]
+    aside = normal[:, 0] * offset[:, 1] - normal[:, 1] * offset[:, 0]
+    close = np.abs(aside) < 1.3 * pixel
+    beside = near.where(close)
+    along, begin = beside.ranked(np.einsum("ij,ij->i", offset, normal)[close])
+    reach, kept = np.zeros(len(centres)), (near.sizes >= 3) & (beside.sizes >= 2)
+    last = begin[1:][kept]
+    reach[kept] = (along[last - 2] + along[last - 1]) / 2
     return reach, kept

@@ -6,6 +6,7 @@ Works in the camera frame (camera at the origin, z forward), raw scene units.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,16 @@ class SplatSurface:
         """Median of the cleaned centres (3,)."""
         return np.median(self.points, axis=0)
 
+    @cached_property
+    def plane(self) -> Array:
+        """The points on the image plane at z = 1 (C, 2)."""
+        return self.points[:, :2] / self.points[:, 2:]
+
+    @cached_property
+    def plane_tree(self) -> cKDTree:
+        """KD-tree over ``plane``."""
+        return cKDTree(self.plane)
+
 
 def splat_surface(centres: Array, *, options: SplatSurfaceOptions | None = None, seed: int = 0) -> SplatSurface:
     """Clean, orient and thin opaque Gaussian centres (N, 3), camera frame. InputError if hardly any are left."""
@@ -62,11 +73,7 @@ def splat_surface(centres: Array, *, options: SplatSurfaceOptions | None = None,
     points = centres[random_subset(len(centres), options.centres, seed)].astype(np.float64)
     cleaning = clean_points(points, options=options.cleaning)
     points = points[cleaning.keep]
-    if len(points) < 4 * options.normal_neighbours:
-        raise InputError(
-            f"splat: only {len(points)} opaque Gaussians form a surface; "
-            "lower the opacity threshold, widen the ROI or check the file"
-        )
+    checked_count(points, options)
     normals = towards_camera(points, plane_normals(points, options.normal_neighbours))
     dense, dense_normals = _neighbourhood(centres, points, normals, cleaning.spacing, options.dense, seed)
     count = min(options.samples, len(dense) // 3)  # a sparse splat needs larger cells, or each would hold one point
@@ -76,6 +83,15 @@ def splat_surface(centres: Array, *, options: SplatSurfaceOptions | None = None,
     sample_normals = towards_camera(samples, sample_normals)
     radius = float(np.sqrt(((points - points.mean(0)) ** 2).sum(1).mean()))
     return SplatSurface(points, normals, samples, sample_normals, cleaning.spacing, radius)
+
+
+def checked_count(points: Array, options: SplatSurfaceOptions) -> None:
+    """InputError where the points (N, 3) are too few for a surface."""
+    if len(points) < 4 * options.normal_neighbours:
+        raise InputError(
+            f"splat: only {len(points)} opaque Gaussians form a surface; "
+            "lower the opacity threshold, widen the ROI or check the file"
+        )
 
 
 def _neighbourhood(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,7 +15,7 @@ from ..ground.notices import Notice
 from ..points.point_sets import Camera
 from .camera_image import CameraImage, CameraImageOptions, camera_image
 from .rim import Rim, find_rim
-from .splat_surface import SplatSurface, SplatSurfaceOptions, splat_surface
+from .splat_surface import SplatSurface, splat_surface
 
 
 @dataclass(frozen=True)
@@ -38,14 +39,14 @@ def splat_view(
     others: Array,
     camera: Camera,
     *,
-    surface_options: SplatSurfaceOptions | None = None,
+    surface_of: Callable[..., SplatSurface] = splat_surface,
     image_options: CameraImageOptions | None = None,
     seed: int = 0,
 ) -> SplatView:
     """View of the organ's opaque ``centres`` (N, 3) and of the rest of the scene ``others`` (K, 3), scene frame."""
     centres, others = np.asarray(centres, dtype=np.float64), np.asarray(others, dtype=np.float64)
     T_camera_scene, notices = look(centres, camera)
-    surface = splat_surface(T_camera_scene.apply(centres), options=surface_options, seed=seed)
+    surface = surface_of(T_camera_scene.apply(centres), seed=seed)
     surface = _in_front(surface)
     image = camera_image(surface, T_camera_scene.apply(others), fov_deg=camera.fov_deg, options=image_options)
     return SplatView(T_camera_scene, surface, image, find_rim(surface, image), notices)

@@ -7,21 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..align.splat_surface import SplatSurfaceOptions
+from ..align.quick_surface import quick_surface
 from ..align.splat_view import SplatView, splat_view
 from ..ground.checks import Array, InputError
 from ..ground.progress import no_progress
 from ..points.neighbours import nearest_neighbours
 from ..points.point_sets import Box, Camera, GaussianCloud
-from ..points.target_selection import CleaningOptions
 from .registration import RegisterOptions
 from .scene import select_scene
 
-QUICK = SplatSurfaceOptions(cleaning=CleaningOptions(rounds=1, most=9000), normal_neighbours=12)
-"""Half the time of the full view. Outliers are judged on a subset, yet mask, rim and patches keep as many points as
-there: with 9000 the TRE of a followed liver over 7 frames was 2.0 mm, now it is 1.5 mm, against 1.3 mm of a full
-registration of each. With other noise it was up to 0.6 mm above that where the organ was bent most.
-"""
 REACH = 0.35  # of the organ's rms radius: how far from where it was the organ is looked for in a cluttered scene
 
 
@@ -46,4 +40,4 @@ def frame_view(
         if not inside.any():
             raise InputError("splat: nothing is left where the organ was")
         centres, others = centres[inside], np.concatenate([others, centres[~inside]])
-    return splat_view(centres, others, camera, surface_options=QUICK, seed=options.seed)
+    return splat_view(centres, others, camera, surface_of=quick_surface, seed=options.seed)

@@ -37,10 +37,13 @@ def cell_keys(points: Array, cell: float) -> NDArray[np.int64]:
 
     Cells are counted from the points' own corner and packed into 21 bits an axis, so distinct cells never collide.
     """
-    index = np.floor((points - points.min(0)) / cell).astype(np.int64)
-    if len(index) and index.max() >= 1 << 21:
-        raise ValueError(f"cell: {cell} is too small for an extent of {np.ptp(points, axis=0).max()}")
-    return (index[:, 0] << 42) | (index[:, 1] << 21) | index[:, 2]
+    keys = np.zeros(len(points), dtype=np.int64)
+    for column in points.T if len(points) else ():  # one pass per axis is cache friendly
+        index = ((column - column.min()) / cell).astype(np.int64)
+        if index.max() >= 1 << 21:
+            raise ValueError(f"cell: {cell} is too small for an extent of {np.ptp(points, axis=0).max()}")
+        keys = (keys << 21) | index
+    return keys
 
 
 def one_per_cell(points: Array, cell: float) -> NDArray[np.int64]:
