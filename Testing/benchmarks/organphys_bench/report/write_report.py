@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from html import escape
 from pathlib import Path
 
 from organphys.ground.atomic_file import write_text
@@ -68,11 +69,18 @@ def html_parts(runs: RunSet, cases: dict[str, Path], how: Sequence[str]) -> list
     parts += ["<h2>Pictures</h2>", PICTURES_NOTE]
     for case in runs.cases:
         images = [picture(png(image), caption) for caption, image in case_pictures(runs, case, cases[case])]
-        parts += [f"<h3>{case}</h3>", *images]
+        parts += [f"<h3>{case}</h3>", f"<p>{escape(origin(cases[case]))}</p>", *images]
     parts.append(case_table(runs).html)
     if failures := runs.failures():
         parts += ["<h2>Runs without a result</h2>", listed(failures)]
     return parts
+
+
+def origin(folder: Path) -> str:
+    """Where a case's organ is from, as its case.json says."""
+    facts = json.loads((folder / "case.json").read_text(encoding="utf-8"))
+    told = [str(facts[name]) for name in ("source", "licence") if facts.get(name)]
+    return f"Organ: {'; '.join(told)}" if told else "Organ: origin and licence not stated."
 
 
 PICTURES_NOTE = (
