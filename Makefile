@@ -10,7 +10,7 @@
 # make test-wheel  wheel and sdist, installed into an empty environment, run the demo
 # make bench  OrganPhys and its peers on the cases in CASES, as JSON, one HTML page and a part of RESULTS.md (25 minutes
 #             on 2 cores); make bench-full adds sweeps, seeds, scaling, speeds (hours); both go on where stopped.
-#             MINUTES=60: no run of a sweep begins later
+#             FRESH=1: bench runs again what is there; MINUTES=60: bench-full begins no run later
 # make clean  remove the environment and what the demo wrote
 #
 # Needs Python >= 3.10 and the network on the first call. Another interpreter: make demo PYTHON=/path/to/python3
@@ -21,6 +21,7 @@ DEMO ?= organphys-demo
 CASES ?= ../shared/cases/dev
 BENCH ?= organphys-bench
 MINUTES ?=
+FRESH ?=
 IS_NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 10))
 
 # The first of these that runs and is new enough; left empty when there is none.
@@ -54,7 +55,7 @@ lint: setup-test
 
 # Methods x cases against known truth; CASES: a folder of case folders. Both go on where they were stopped.
 bench: setup-test
-	$(BIN)/organphys-bench --cases "$(CASES)" --out "$(BENCH)" --results Testing/benchmarks/RESULTS.md
+	$(BIN)/organphys-bench --cases "$(CASES)" --out "$(BENCH)" --results Testing/benchmarks/RESULTS.md $(if $(FRESH),--fresh)
 
 bench-full: setup-test
 	$(BIN)/organphys-bench --cases "$(CASES)" --out "$(BENCH)" --full $(addprefix --minutes ,$(MINUTES)) \

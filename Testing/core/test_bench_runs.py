@@ -54,7 +54,7 @@ def test_what_has_run_is_not_run_again(finished, monkeypatch):
     other = RunKey("tiny", "similarity_icp", Condition())
     run_all([KEY, other], {"tiny": finished[0] / "tiny"}, finished[1], jobs=1, tell=said.append)
     assert asked == [other]
-    assert said[0] == "1 of 2 runs are there already"
+    assert said[0] == f"1 of 2 runs are there already, of commit {KEY.commit(finished[1])}"
 
 
 def test_fresh_runs_begin_anew(finished, tmp_path, monkeypatch):

@@ -34,7 +34,8 @@ def run_all(
     end = time.monotonic() + 60 * (math.inf if minutes is None else minutes)
     missing = [key for key in keys if not key.is_done(out)]
     if len(missing) < len(keys):
-        tell(f"{len(keys) - len(missing)} of {len(keys)} runs are there already")
+        there = sorted({key.commit(out) for key in keys if key.is_done(out)})
+        tell(f"{len(keys) - len(missing)} of {len(keys)} runs are there already, of commit {', '.join(there)}")
     with ThreadPoolExecutor(jobs) as pool:
         waiting = {pool.submit(_run_in_time, end, key, folders[key.case], key.path(out)): key for key in missing}
         late = 0

@@ -33,6 +33,10 @@ class RunKey:
     def is_done(self, folder: Path) -> bool:
         return self.path(folder).exists()
 
+    def commit(self, folder: Path) -> str:
+        """Of which commit the finished run is."""
+        return str(json.loads(self.path(folder).read_text(encoding="utf-8"))["commit"])
+
 
 def write_run(path: Path, key: RunKey, content: dict[str, Any]) -> None:
     """Write a finished run, also one that failed, atomically."""
