@@ -42,7 +42,9 @@ from organphys.readers.organ_from_mask import organ_from_mask
 
 SAME_MM = 1e-3  # rounding alone
 ALIKE_MM = 1.5  # other samples of the same surface
+ALIKE_TURNED_MM = 0.6  # the same samples, seen from other first guesses
 T_MOVED_CT = Similarity(1.0, np.eye(3), np.array([-80.0, 40.0, 25.0]))
+T_TURNED_CT = Similarity(1.0, rotation_about(np.array([0.5, -1.0, 0.7]), 1.9), np.array([-80.0, 40.0, 25.0]))
 T_MOVED_SCENE = Similarity(1.7, rotation_about(np.array([0.3, 1.0, -0.2]), 0.8), np.array([3.0, -2.0, 7.0]))
 
 
@@ -94,6 +96,12 @@ def test_a_rigid_copy_is_met_to_the_samples(base: Base) -> None:
     assert map_error(base.mapped_mm, MM_PER_UNIT * POSE.apply(base.inside), 1.0) < 0.8
 
 
+def test_a_splat_in_mm_gets_the_same_organ_as_one_in_cm(base: Base) -> None:
+    with tiny_problem():
+        found = register(base.organ, cloud(base.points_mm), unit=SceneUnit(1.0))
+    assert np.linalg.norm(inside_map(found, base.inside) - base.mapped_mm, axis=1).max() < SAME_MM
+
+
 def test_unit_order_faint_gaussians_and_a_shift_of_the_ct_change_nothing(base: Base) -> None:
     """The splat in metres instead of centimetres, shuffled, with others below the threshold; the CT shifted."""
     shifted = replace(
@@ -119,6 +127,19 @@ def test_what_the_camera_saw_does_not_depend_on_the_unit(base: Base) -> None:
         other = splat_view(base.points_mm * factor, np.zeros((0, 3)), Camera())
         np.testing.assert_array_equal(other.image.mask, one.image.mask)
         np.testing.assert_allclose(other.rim.points, one.rim.points, atol=1e-9)
+
+
+def test_a_turned_ct_gets_the_same_organ(base: Base) -> None:
+    turned = replace(
+        base.organ,
+        vertices=T_TURNED_CT.apply(base.organ.vertices),
+        vertex_normals=T_TURNED_CT.turn(base.organ.vertex_normals),
+        volume_points=T_TURNED_CT.apply(base.organ.volume_points),
+    )
+    with tiny_problem():
+        found = register(turned, cloud(base.points_mm / 10.0), unit=SceneUnit(10.0))
+    mapped_mm = inside_map(found, T_TURNED_CT.apply(base.inside)) * 10.0
+    assert map_error(mapped_mm, base.mapped_mm, 1.0) < ALIKE_TURNED_MM
 
 
 def test_a_splat_moved_with_its_camera_gets_the_same_organ_moved_along(base: Base) -> None:

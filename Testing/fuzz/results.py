@@ -30,7 +30,7 @@ def write_results(path: Path, state: dict[str, Tally], command: str) -> None:
         "",
         *machine_lines(command),
         "",
-        "Seeds: every dialect of every reader, from the generated sample case and laid out as 3DGS, gsplat, Nerfstudio, "
+        "Seeds: every dialect of every reader, from the generated sample case and as 3DGS, gsplat, Nerfstudio, "
         "SuperSplat and 3D Slicer write their files; where case folders are there, also parts of their real files "
         "(label maps of patients in NIfTI with their own headers, splats, Slicer's markups, regions), from 60,000 "
         "inputs on.",

@@ -89,10 +89,10 @@ def sequence(frames: int = 3) -> OrganSequence:
 
 
 def recording_bytes(folder: Path) -> bytes:
-    points, (vertices, faces) = box_grid(SIZE, 0.01), box_surface(SIZE, 0.02)
+    points, (vertices, faces) = box_grid(SIZE, 0.02), box_surface(SIZE, 0.04)
     volumes = np.full(len(points), SIZE.prod() / len(points))
     shape = rest_shape(
-        points, volumes, vertices, faces, tissue=TISSUE, handles=4, quadrature=30, nodes=16, sample_spacing=2e-2
+        points, volumes, vertices, faces, tissue=TISSUE, handles=4, quadrature=12, nodes=16, sample_spacing=4e-2
     )
     body = build_body(shape, pins=(Pin((0.05, 0.02, -0.02), 0.045),), tissue=TISSUE, name="box")
     scene, pose = Scene((body,), (gripper(),), SimulationOptions()), ToolPose(np.array([0.05, 0.02, 0.3]))
