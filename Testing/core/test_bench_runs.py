@@ -132,6 +132,7 @@ def test_curves_are_of_the_same_cases_and_seeds_for_every_method(finished):
     last = curves.table.rows[-1]
     assert last[:2] == ("10", "1")
     assert last[-1] == "0"
+    assert "OrganPhys fails in 2 of 4 runs, and says 'trust' in 0 of these." in curves.table.note
     failed = [one | ({"failure": "no"} if one["method"] == "organphys" else {}) for one in swept]
     assert sweep_curves(RunSet(failed))[0].table.rows[0][-2:] == ("-", "0")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import matplotlib.pyplot as plt
@@ -20,11 +21,13 @@ from .table import Table
 @dataclass(frozen=True)
 class Curves:
     """One sweep: ``ratios`` by method and level, the TRE over the best similarity's of every case and seed that all
-    methods have run at that level; infinite for a run without a result. ``commits``: of which the runs are."""
+    methods have run at that level; infinite for a run without a result. ``commits``: of which the runs are;
+    ``told``: what OrganPhys's own verdict said of its failures."""
 
     sweep: Sweep
     ratios: dict[str, dict[float, Array]]
     commits: tuple[str, ...]
+    told: str
 
     @property
     def levels(self) -> list[float]:
@@ -41,7 +44,7 @@ class Curves:
         return Table(
             f"Sweep: {self.sweep.name}", (self.sweep.label, "runs", *names), tuple(rows),
             f"TRE over that of the best similarity; success: at most {SUCCESS:g}. Runs: cases and seeds, the same for "
-            f"every method; of commit {', '.join(self.commits)}.",
+            f"every method; of commit {', '.join(self.commits)}. {self.told}",
         )  # fmt: skip
 
     @property
@@ -68,7 +71,11 @@ class Curves:
 
 def sweep_curves(runs: RunSet) -> list[Curves]:
     """Those sweeps that have run at two levels at least."""
-    found = [Curves(sweep, _ratios(runs, sweep), _commits(runs, sweep)) for sweep in SWEEPS.values()]
+    swept = {name: [run for run in runs.runs if run["condition"]["sweep"] == name] for name in SWEEPS}
+    found = [
+        Curves(SWEEPS[name], _ratios(runs, SWEEPS[name]), _commits(of_sweep), _told(of_sweep))
+        for name, of_sweep in swept.items()
+    ]
     return [curves for curves in found if curves.ratios and len(curves.levels) > 1]
 
 
@@ -103,8 +110,16 @@ def _add_cases_as_they_are(runs: RunSet, found: Found) -> None:
             found.setdefault((method, 0.0), {})[case, 0] = _ratio(run)
 
 
-def _commits(runs: RunSet, sweep: Sweep) -> tuple[str, ...]:
-    return tuple(sorted({run["commit"] for run in runs.runs if run["condition"]["sweep"] == sweep.name}))
+def _commits(swept: Sequence[Run]) -> tuple[str, ...]:
+    return tuple(sorted({run["commit"] for run in swept}))
+
+
+def _told(swept: Sequence[Run]) -> str:
+    """How many of OrganPhys's failures its verdict trusts."""
+    ours = [run for run in swept if run["method"] in OURS]
+    failed = [run for run in ours if _ratio(run) > SUCCESS]
+    trusted = sum(run.get("facts", {}).get("verdict") == "trust" for run in failed)
+    return f"OrganPhys fails in {len(failed)} of {len(ours)} runs, and says 'trust' in {trusted} of these."
 
 
 def _ratio(run: Run) -> float:
