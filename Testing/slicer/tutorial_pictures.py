@@ -95,10 +95,14 @@ def registration(host, module, folder: Path) -> None:
 
 def neighbour(host, module, nodes, path: Path) -> None:
     """The gallbladder, carried along, through the translucent liver."""
+    from OrganPhysRegistrationLib.outputs.surface_colours import legend_of
+
     case, segments = module.widget.panel.case(), nodes["segmentation"].GetSegmentation()
     (gallbladder,) = [i for i in segments.GetSegmentIDs() if segments.GetSegment(i).GetName() == "gallbladder"]
     module.logic.applyTransformToSegment(case, nodes["segmentation"], gallbladder)
-    display = case.node("surface_elastic").GetDisplayNode()
+    surface = case.node("surface_elastic")
+    legend_of(surface).SetVisibility(False)
+    display = surface.GetDisplayNode()
     display.SetScalarVisibility(False)
     display.SetColor(0.72, 0.33, 0.28)
     display.SetOpacity(0.45)
