@@ -101,7 +101,7 @@ def _scenes(scenes: list[dict], growth: dict) -> list[str]:
         lines += [
             f"Memory over {len(memory)} whole runs, each in a new scene. Allocated and not freed (glibc's mallinfo2), "
             f"MB after run: {after}; at the end {allocated[-1]:.2f}, that is {step:.0f} kB a run. Resident, with what "
-            f"the allocator keeps: {resident[0]:.0f} MB after the first run, at most {max(resident):.0f} MB, at the end "
+            f"the allocator keeps: {resident[0]:.0f} MB after the first, at most {max(resident):.0f} MB, in the end "
             f"{resident[-1]:.0f} MB.",
             "",
         ]

@@ -14,6 +14,7 @@ from organphys.exports.gaussian_ply import write_gaussians
 from organphys.ground.checks import InputError
 from organphys.points.gaussians import Gaussians
 from organphys.points.point_sets import Landmarks
+from OrganPhysRegistrationLib.inputs import camera_input
 from OrganPhysRegistrationLib.inputs.matrices import matrix_of
 from OrganPhysRegistrationLib.inputs.splat_landmarks import _first_used
 from OrganPhysRegistrationLib.inputs.splat_scale import mm_per_unit_of, set_scale
@@ -24,12 +25,16 @@ from OrganPhysRegistrationLib.outputs.live_overlay import LiveOverlay
 from OrganPhysRegistrationLib.outputs.overlay_frame import T_overlay_scene, world_from
 from OrganPhysRegistrationLib.outputs.stage_switch import show_stage
 from OrganPhysRegistrationLib.outputs.undo import begin_run
+from OrganPhysRegistrationLib.panel import camera_section
 from OrganPhysRegistrationLib.runs.run_inputs import RunInputs
 from OrganPhysRegistrationLib.runs.run_manager import RunManager
 from OrganPhysSimulationLib import runs
 from OrganPhysSimulationLib.inputs.splat_input import gaussians_of_file
 from OrganPhysSimulationLib.logic import OrganPhysSimulationLogic
-from OrganPhysSimulationLib.outputs.export import export_splat
+from OrganPhysSimulationLib.outputs import export
+from OrganPhysSimulationLib.outputs.export import export_splat, export_surface
+from OrganPhysSimulationLib.panel import organ_section
+from OrganPhysSimulationLib.panel.run_section import RunSection
 
 
 @pytest.fixture
@@ -155,6 +160,49 @@ def test_simulation_without_its_splat(splat, tmp_path, monkeypatch):
             other, other, pins=None, box=None, pin_radius_mm=1.0, tissue="", youngs_kpa=0.0, gravity=None,
             instrument="prograsp", detail=False,
         )  # fmt: skip
+
+
+def test_a_child_that_is_just_stopping(splat, segmentation, monkeypatch):
+    manager, segment_id = RunManager(), segmentation.GetSegmentation().GetNthSegmentID(0)
+    monkeypatch.setattr(manager, "_session", SimpleNamespace(process=SimpleNamespace(busy=True)))
+    with pytest.raises(InputError, match="Live update is just stopping"):
+        manager.start(RunInputs(segmentation, segment_id, splat), ("coarse",), None)
+
+
+def test_a_splat_of_which_nothing_is_shown(splat, monkeypatch):
+    monkeypatch.setattr(
+        camera_input, "shown_gaussians", lambda node: np.zeros(splat.GetPolyData().GetNumberOfPoints(), bool)
+    )
+    with pytest.raises(InputError, match="nothing of it is shown; lower the opacity"):
+        camera_input._shown_points(splat)
+
+
+def test_layouts_without_a_3d_view(monkeypatch):
+    layout = SimpleNamespace(threeDWidget=lambda number: None)
+    for module in (camera_section, organ_section):
+        monkeypatch.setattr(module, "slicer", SimpleNamespace(app=SimpleNamespace(layoutManager=lambda: layout)))
+    with pytest.raises(InputError, match="There is no 3D view: choose the CT and 3D layout first"):
+        camera_section.CameraSection._view_node(None)
+    with pytest.raises(InputError, match="There is no 3D view: choose a layout with one first"):
+        organ_section.OrganSection.look_from_endoscope.__wrapped__(None)
+
+
+def test_a_simulation_without_an_organ():
+    panel = SimpleNamespace(parameters=SimpleNamespace(organ=None))
+    with pytest.raises(InputError, match="organ: none chosen; choose a registered organ or take the sample"):
+        RunSection._prepare(SimpleNamespace(panel=panel), None)
+
+
+def test_a_surface_that_cannot_be_written(scene, splat, tmp_path, monkeypatch):
+    class Refusing(slicer.vtkMRMLModelStorageNode):
+        def WriteData(self, node):
+            return 0
+
+    monkeypatch.setattr(slicer, "vtkMRMLModelStorageNode", Refusing)
+    monkeypatch.setattr(export, "T_world_sim", lambda frame: np.eye(4))
+    with pytest.raises(InputError, match="cannot be written; choose a folder that you may write to"):
+        export_surface(splat, None, tmp_path / "organ.stl")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_simulation_that_is_busy(scene):
