@@ -33,19 +33,23 @@ def write_results(path: Path, runs: RunSet, how: Sequence[str]) -> list[Path]:
 
 def markdown(runs: RunSet, how: Sequence[str], pictures: Sequence[str] = ()) -> str:
     """The part's text; ``pictures``: names of the files that it shows."""
-    lines, solver = not_ahead(runs), solver_table(runs)
-    parts = [f"# {TITLE}", "\n".join(f"- {line}" for line in how)]
-    parts += [main_table(runs).markdown, "OrganPhys, with landmarks, is:"]
-    parts += ["\n".join(f"- {line}" for line in verdict_lines(runs)), "## Where OrganPhys is not ahead"]
-    parts.append("\n".join(f"- {line}" for line in lines) if lines else "Nowhere.")
+    solver = solver_table(runs)
+    parts = [f"# {TITLE}", _bullets(how), main_table(runs).markdown]
+    if verdict := verdict_lines(runs):
+        parts += ["OrganPhys, with landmarks, is:", _bullets(verdict), "## Where OrganPhys is not ahead"]
+        parts.append(_bullets(not_ahead(runs)) or "Nowhere.")
     tables = [region_table(runs), fit_table(runs), time_table(runs), *([] if solver is None else [solver])]
     tables += [*paper_tables(runs), *(curves.table for curves in sweep_curves(runs))]
     parts += [table.markdown for table in tables]
     if pictures:
         parts += ["## Plots", *(f"![{name}]({name})" for name in pictures)]
     if failures := runs.failures():
-        parts += ["## Runs without a result", "\n".join(f"- {line}" for line in failures)]
+        parts += ["## Runs without a result", _bullets(failures)]
     return "\n\n".join(parts) + "\n"
+
+
+def _bullets(lines: Sequence[str]) -> str:
+    return "\n".join(f"- {line}" for line in lines)
 
 
 def _figures(runs: RunSet) -> dict[str, Figure]:

@@ -51,7 +51,8 @@ def summary(runs: RunSet, how: Sequence[str]) -> dict:
 
 def html_parts(runs: RunSet, cases: dict[str, Path], how: Sequence[str]) -> list[str]:
     parts = [listed(how), "<h2>Accuracy</h2>", main_table(runs).html, plot(ratio_plot(runs), "TRE by method and case")]
-    parts += ["<h3>OrganPhys against each</h3>", listed(verdict_lines(runs)), _not_ahead_html(runs)]
+    if verdict := verdict_lines(runs):
+        parts += ["<h3>OrganPhys against each</h3>", listed(verdict), _not_ahead_html(runs)]
     parts += [region_table(runs).html, fit_table(runs).html]
     parts += ["<h2>Time and memory</h2>", time_table(runs).html, plot(time_plot(runs), "TRE against time")]
     if (solver := solver_table(runs)) is not None:

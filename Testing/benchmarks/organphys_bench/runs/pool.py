@@ -38,19 +38,18 @@ def run_all(
         tell(f"{len(keys) - len(missing)} of {len(keys)} runs are there already, of commit {', '.join(there)}")
     with ThreadPoolExecutor(jobs) as pool:
         waiting = {pool.submit(_run_in_time, end, key, folders[key.case], key.path(out)): key for key in missing}
-        late = 0
+        count = 0
         try:
-            for number, done in enumerate(as_completed(waiting), 1):
+            for done in as_completed(waiting):
                 key, word = waiting[done], done.result()
-                if word is None:
-                    late += 1
-                else:
-                    tell(f"[{number}/{len(missing)}] {key.case}, {key.method}, {key.condition.text}: {word}")
+                if word is not None:
+                    count += 1
+                    tell(f"[{count}/{len(missing)}] {key.case}, {key.method}, {key.condition.text}: {word}")
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    if late:
-        tell(f"{late} runs are left for another time: {minutes:g} minutes are over")
+    if count < len(missing):
+        tell(f"{len(missing) - count} runs are left for another time: {minutes:g} minutes are over")
 
 
 def _run_in_time(end: float, key: RunKey, folder: Path, path: Path) -> str | None:
