@@ -10,7 +10,7 @@ import pytest
 from organphys.ground.checks import InputError
 from organphys.pipeline.sample_case import write_sample_case
 from organphys_bench import command_line
-from organphys_bench.report.comparisons import not_ahead
+from organphys_bench.report.comparisons import not_ahead, verdict_lines
 from organphys_bench.report.paper_tables import ALPHAS, figure_8
 from organphys_bench.report.run_set import RunSet
 from organphys_bench.report.sweeps import sweep_curves
@@ -106,6 +106,9 @@ def test_the_report_stands_alone_and_names_where_we_are_behind(finished, tmp_pat
     assert [path.name for path in paths[3:]] == ["bench_ratio.png", "bench_landmarks.png"]
     assert all(path.stat().st_size < 100_000 and f"]({path.name})" in part for path in paths[3:])
     lines = not_ahead(RunSet(runs))
+    told = verdict_lines(RunSet([*runs, runs[1] | {"case": "other"}]))
+    assert [line.split(":")[0] for line in told] == ["ahead of rigid ICP", "NOT ahead of similarity ICP"]
+    assert "mean over 1 of 2 cases" in told[0]
     assert len(lines) == 1
     assert lines[0].startswith("tiny: similarity ICP has")
     assert f"- {lines[0]}" in part
