@@ -25,7 +25,7 @@ from supervised import Tally, run_jobs  # noqa: E402
 from targets import TARGETS  # noqa: E402
 
 OUTPUT = HERE.parent / "output" / "fuzz"
-BATCH = 2000
+BATCH = 20_000  # a worker takes a second or two to start
 
 
 def main(arguments: list[str] | None = None) -> int:
