@@ -13,7 +13,7 @@ from organphys_bench import command_line
 from organphys_bench.report.comparisons import not_ahead, verdict_lines
 from organphys_bench.report.paper_tables import ALPHAS, figure_8
 from organphys_bench.report.run_set import RunSet
-from organphys_bench.report.sweeps import sweep_curves
+from organphys_bench.report.sweeps import quartiles, sweep_curves
 from organphys_bench.report.table import Table
 from organphys_bench.report.write_report import write_report
 from organphys_bench.runs.case_folders import case_folders
@@ -138,6 +138,11 @@ def test_curves_are_of_the_same_cases_and_seeds_for_every_method(finished):
     assert "OrganPhys fails in 2 of 4 runs, and says 'trust' in 0 of these." in curves.table.note
     failed = [one | ({"failure": "no"} if one["method"] == "organphys" else {}) for one in swept]
     assert sweep_curves(RunSet(failed))[0].table.rows[0][-2:] == ("-", "0")
+
+
+def test_quartiles_hold_runs_without_a_result():
+    assert np.allclose(quartiles(np.array([1.0, 2.0, 3.0])), [1.5, 2.0, 2.5])
+    assert quartiles(np.array([1.0, 2.0, np.inf, np.inf])).tolist() == [1.75, np.inf, np.inf]
 
 
 def test_figure_8_says_in_how_many_cases_the_order_is_the_papers():

@@ -17,6 +17,8 @@ from .plots import COLOURS, plain_numbers
 from .run_set import SUCCESS, Run, RunSet, number
 from .table import Table
 
+ENDLESS = 1e9  # in place of infinity, which percentiles cannot interpolate
+
 
 @dataclass(frozen=True)
 class Curves:
@@ -44,7 +46,8 @@ class Curves:
         return Table(
             f"Sweep: {self.sweep.name}", (self.sweep.label, "runs", *names), tuple(rows),
             f"TRE over that of the best similarity; success: at most {SUCCESS:g}. Runs: cases and seeds, the same for "
-            f"every method; of commit {', '.join(self.commits)}. {self.told}",
+            f"every method; of commit {', '.join(self.commits)}. {self.told} "
+            f"{self.sweep.note}",
         )  # fmt: skip
 
     @property
@@ -53,7 +56,7 @@ class Curves:
         figure, (left, right) = plt.subplots(1, 2, figsize=(11, 3.9), layout="constrained")
         for method, by_level in self.ratios.items():
             values = list(by_level.values())
-            low, middle, high = np.array([np.percentile(v, (25, 50, 75), method="nearest") for v in values]).T
+            low, middle, high = np.array([quartiles(v) for v in values]).T
             succeeded = [100 * np.mean(v <= SUCCESS) for v in values]
             style = {"color": COLOURS[method], "linewidth": 2.4 if method in OURS else 1.3, "marker": "o"}
             left.plot(self.levels, middle, markersize=3.5, label=METHODS[method].title, **style)
@@ -64,9 +67,16 @@ class Curves:
         right.set(xlabel=self.sweep.label, ylabel=f"ratio at most {SUCCESS:g}, % of runs", ylim=(-3, 103))
         for axes in (left, right):
             axes.grid(which="both", alpha=0.25)
-            axes.xaxis.label.set_fontsize(8)
+            axes.xaxis.label.set_fontsize(9)
+            axes.set_xticks(self.levels, [f"{level:g}" for level in self.levels])
         figure.legend(*left.get_legend_handles_labels(), fontsize=8, loc="outside right center", frameon=False)
         return figure
+
+
+def quartiles(values: Array) -> Array:
+    """Lower quartile, median and upper quartile; infinite where values that they lie between are."""
+    found = np.percentile(np.minimum(values, ENDLESS), (25, 50, 75))
+    return np.where(found < ENDLESS / 1e3, found, np.inf)
 
 
 def sweep_curves(runs: RunSet) -> list[Curves]:
@@ -131,4 +141,4 @@ def _column_names(title: str) -> tuple[str, str]:
 
 
 def _cells(values: Array) -> tuple[str, str]:
-    return number(float(np.median(values))), f"{100 * np.mean(values <= SUCCESS):.0f}"
+    return number(quartiles(values)[1]), f"{100 * np.mean(values <= SUCCESS):.0f}"

@@ -19,32 +19,35 @@ BASELINE = "baseline"
 @dataclass(frozen=True)
 class Sweep:
     """One quantity made worse (or, for what is seen, better) step by step; ``seeds``: repetitions; ``added``: to the
-    case as it is, which is then level 0."""
+    case as it is, which is then level 0; note: what else is to be known."""
 
     name: str
     label: str
     levels: tuple[float, ...]
     seeds: int
     added: bool = False
+    note: str = ""
 
 
-CUT = (10, 15, 20, 25, 30)
 SWEEPS = {
     sweep.name: sweep
     for sweep in (
         Sweep("landmarks", "landmarks moved by, mm", (0, 3, 6, 10), 10),
         Sweep(
-            "noise",
-            "noise added to the splat, mm (two components of this standard deviation)",
-            (0.3, 0.6, 1.2),
-            3,
-            True,
+            "noise", "noise added to the splat, standard deviation of each of two kinds, mm", (0.3, 0.6, 1.2), 3,
+            added=True, note="White noise along the rays and waves of 14 mm length.",
         ),
-        Sweep("outliers", "opaque outliers added, % of the splat", (5, 10, 20, 40), 3, True),
-        Sweep("cut", "organ surface left in the case's own splat, % (all that it has, where that is less)", CUT, 3),
-        Sweep("visibility", "organ surface reconstructed in a splat made anew, %", (15, 20, 30, 45, 60), 3),
+        Sweep("outliers", "opaque outliers added, % of the splat", (5, 10, 20, 40), 3, added=True),
+        Sweep(
+            "cut", "organ surface left in the case's own splat, %", (10, 15, 20, 25, 30), 3,
+            note="Cut along a plane through the camera; a case that shows less is left as it is.",
+        ),
+        Sweep(
+            "visibility", "organ surface in a splat made anew, %", (15, 20, 30, 45, 60), 3,
+            note="The splat is drawn on the true surface, on the side that the case shows, with noise, without outliers.",
+        ),
     )
-}
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
