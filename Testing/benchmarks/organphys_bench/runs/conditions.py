@@ -44,7 +44,7 @@ SWEEPS = {
         ),
         Sweep(
             "visibility", "organ surface in a splat made anew, %", (15, 20, 30, 45, 60), 3,
-            note="The splat is drawn on the true surface, on the side that the case shows, with noise, without outliers.",
+            note="The splat is drawn on the true surface, on the side that the case shows: noise, no outliers.",
         ),
     )
 }  # fmt: skip
