@@ -13,6 +13,7 @@ from ..basis.reduced_elasticity import ReducedElasticity
 from ..ground.checks import Array
 from ..mechanics.tissue import GENERIC, Tissue
 from .contact_samples import ContactSamples
+from .crushed_tissue import simulated_material
 from .local_cells import RefinedCells, within
 from .pins import AnyPin, spring_matrix
 from .quadrature import Quadrature
@@ -97,7 +98,7 @@ class Body:
     def elasticity(self) -> ReducedElasticity:
         """The elastic energy with its whole Hessian."""
         rows = self.strain.rows.reshape(3, len(self.strain.weights), -1)
-        return ReducedElasticity(rows, self.strain.points, self.strain.weights, self.tissue.material)
+        return ReducedElasticity(rows, self.strain.points, self.strain.weights, self.strain.material)
 
     def vertices(self, z: Array) -> Array:
         """Surface vertices (Nv, 3), m, at Z (n, 3)."""
@@ -149,7 +150,8 @@ class Body:
     def with_tissue(self, tissue: Tissue) -> Body:
         """This body of another tissue, on the same basis: states stay valid."""
         plain = None if self.plain is None else self.plain.with_tissue(tissue)
-        return replace(self, tissue=tissue, strain=replace(self.strain, material=tissue.material), plain=plain)
+        strain = replace(self.strain, material=simulated_material(tissue))
+        return replace(self, tissue=tissue, strain=strain, plain=plain)
 
     def with_pins(self, *pins: AnyPin) -> Body:
         """This body held by these pins only, on a basis made for them: bring states over with ``transferred``."""
@@ -184,4 +186,4 @@ def held_body(
 def strain_energy(basis: SimulationBasis, cells: Quadrature, tissue: Tissue) -> StrainEnergy:
     """Elastic energy at the quadrature points of a body."""
     rows = np.ascontiguousarray(basis.phi_and_gradient(cells.points)[1].reshape(-1, basis.size))
-    return StrainEnergy(rows, cells.points, cells.weights, tissue.material)
+    return StrainEnergy(rows, cells.points, cells.weights, simulated_material(tissue))

@@ -61,8 +61,8 @@ def _let_go(grip: Grip, samples: NDArray[np.int64]) -> Grip:
 def allowed_at_anchors(gaps: Array, pose: ToolPose, jaws: Jaws, width: float) -> Array:
     """How deep held tissue may be in the jaws (P, k) m without being pushed: as deep as its anchors.
 
-    gaps (P, k) m: those of the anchors. So jaws that close squeeze what they hold, and tissue that slips is pushed as by
-    any tool. While they open again, from ``close_deg`` to ``open_deg``, they push all of it out.
+    gaps (P, k) m: those of the anchors. So jaws that close squeeze what they hold, and tissue that slips is pushed as
+    by any tool. While they open again, from ``close_deg`` to ``open_deg``, they push all of it out.
     """
     share = np.clip((jaws.open_deg - pose.jaw_deg) / (jaws.open_deg - jaws.close_deg), 0.0, 1.0)
     allowed: Array = share * np.maximum(width - gaps, 0.0)

@@ -100,7 +100,7 @@ def with_kernels(body: Body, kernels: LocalFunctions) -> Body:
         rows.reshape(-1, basis.size),
         np.concatenate([plain.strain.points[~refined], fine.points]),
         np.concatenate([plain.strain.weights[~refined], fine.weights]),
-        body.tissue.material,
+        body.strain.material,
     )
     return replace(body, basis=basis, strain=strain, held=_held(plain, basis, kernels), plain=plain)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial.distance import cdist
 
@@ -13,9 +15,12 @@ from .simulation_basis import LocalColumns
 from .state import BodyState
 
 AT_REST = 5e-5  # m: kernels that carry less are dropped when the contact has gone or moved on
-MOST = 1.5  # times the count of the detail: so many kernels at most, without those that carry least
+MOST = 2  # times the count of the detail: so many kernels at most, without those that carry least
 SAME = 1e-9  # m
-UNSEEN = 2e-4  # m: the contact samples may move so far by a change of functions
+UNSEEN, UNFELT = 2e-4, 2e-5  # m: a change of functions may move the surface so far, and what a tool touches
+LEFT_BEHIND = (
+    1e-3  # m: kernels that carry more are not dropped; they give it up by themselves once nothing presses there
+)
 
 
 def followed(body: Body, state: BodyState, detail: LocalDetail) -> tuple[Body, BodyState]:
@@ -28,12 +33,31 @@ def followed(body: Body, state: BodyState, detail: LocalDetail) -> tuple[Body, B
         if local is not None and _dimple(body, state) < AT_REST:
             new = body.plain or body
     elif local is None or np.linalg.norm(local.functions.middle - centre) > detail.follow * detail.radius:
-        new = with_kernels(body, _next_kernels(body, state, centre, detail))
+        kernels = _next_kernels(body, state, centre, detail)
+        if kernels is not None:
+            new = with_kernels(body, kernels)
     if new is body:
         return body, state
-    moved = detail_state(state, body, new)
-    sound = new.strain.determinants(moved.z).min() > 0 and _shift(body, state.z, new, moved.z) < UNSEEN
+    moved, felt = _still_where_touched(detail_state(state, body, new), new, state, body)
+    sound = felt < UNFELT and _shift(body, state.z, new, moved.z) < UNSEEN
+    sound = sound and new.strain.determinants(moved.z).min() > 0.5 * body.strain.determinants(state.z).min()
     return (new, moved) if sound else (body, state)
+
+
+def _still_where_touched(moved: BodyState, new: Body, state: BodyState, old: Body) -> tuple[BodyState, float]:
+    """The state with the least local change that keeps touched samples in place, and how far they move still, m.
+
+    A tool would push hard what a change of functions has moved into it.
+    """
+    local, samples = new.basis.local, np.unique(state.touch.sample)
+    if local is None or not len(samples):
+        return moved, 0.0
+    n = new.basis.mixing.shape[1]
+    phi, wanted = new.sample_phi(samples), old.sample_positions(state.z, samples)
+    missing = wanted - new.samples.points[samples] - phi @ moved.z
+    least = np.linalg.pinv(phi[:, n:], rcond=1e-2) @ missing
+    z = np.concatenate([moved.z[:n], moved.z[n:] + least])
+    return replace(moved, z=z), _largest(missing - phi[:, n:] @ least)
 
 
 def detail_state(state: BodyState, old: Body, new: Body) -> BodyState:
@@ -82,8 +106,8 @@ def contact_centre(body: Body, state: BodyState) -> Array | None:
     return middle
 
 
-def _next_kernels(body: Body, state: BodyState, centre: Array, detail: LocalDetail) -> LocalFunctions:
-    """The kernels wanted round ``centre`` and those of before that still carry something."""
+def _next_kernels(body: Body, state: BodyState, centre: Array, detail: LocalDetail) -> LocalFunctions | None:
+    """The kernels wanted round ``centre`` and those of before that still carry something; None: that is too many."""
     fresh, local = kernels_near(body, centre, detail), body.basis.local
     if local is None:
         return fresh
@@ -91,7 +115,10 @@ def _next_kernels(body: Body, state: BodyState, centre: Array, detail: LocalDeta
     carries = np.sqrt(((local.mixing @ state.z[body.basis.mixing.shape[1] :]) ** 2).sum(1))
     extra = (carries > AT_REST) & (cdist(old, fresh.centres) >= SAME).all(1)
     room = max(int(MOST * detail.count) - len(fresh.centres), 0)
-    chosen = [k for k in np.argsort(-carries, kind="stable") if extra[k]][:room]
+    order = [k for k in np.argsort(-carries, kind="stable") if extra[k]]
+    chosen, dropped = order[:room], order[room:]
+    if dropped and carries[dropped[0]] > LEFT_BEHIND:
+        return None
     return LocalFunctions(np.concatenate([fresh.centres, old[sorted(chosen)]]), fresh.radius, fresh.middle)
 
 

@@ -46,6 +46,8 @@ class Potential(Protocol):
     def mass(self) -> float: ...
     @property
     def rounding(self) -> float: ...
+    @property
+    def cost(self) -> float: ...
     def evaluate(self, z: Array) -> Any: ...
     def tangent(self, at: Any) -> Any: ...
     def firmer(self, at: Any, change: Array) -> Any | None: ...
@@ -84,20 +86,22 @@ def minimise(
 ) -> Solved:
     """Minimum from the first of ``starts`` (n, 3) that is admissible; the last one must be.
 
-    ``reference`` (n, 3): where the preconditioner takes its stiffness; ``effort``: about so many Hessian products, or
-    what costs as much, at most, those of the options if not given.
+    ``reference`` (n, 3): where the preconditioner takes its stiffness; ``effort``: about so many Hessian products of a
+    body without local functions, or what costs as much, at most, those of the options if not given.
     The report's residual is the norm of the gradient over the largest force. With ``Stop.STALLED`` or STEP_LIMIT the
     state is still finite, just not as exact as asked.
     """
     at: Point = _first_admissible(potential, starts)
     evaluations, cg_steps, factors, spent = 1, 0, 0, EVALUATION
-    effort = potential.options.effort if effort is None else effort
+    effort = int((potential.options.effort if effort is None else effort) / potential.cost)
+    stop = Stop.STEP_LIMIT
     for iteration in range(potential.options.newton_steps + 1):
         largest = max(at.largest, LEAST_FORCE * potential.mass)
         norm = float(np.linalg.norm(at.gradient))
         goal = potential.options.tolerance * largest
         if norm <= goal:
-            return Solved(at, SolveReport(Stop.CONVERGED, iteration, evaluations, norm / largest), cg_steps, spent)
+            stop = Stop.CONVERGED
+            break
         left = effort - spent - FACTOR - EVALUATION
         if iteration == potential.options.newton_steps or left <= 0:
             break
@@ -108,10 +112,11 @@ def minimise(
         evaluations, factors = evaluations + tried, factors + used.factors
         spent = EVALUATION * evaluations + cg_steps + FACTOR * factors
         if trial is None:
-            return Solved(at, SolveReport(Stop.STALLED, iteration, evaluations, norm / largest), cg_steps, spent)
+            stop = Stop.STALLED
+            break
         at = trial
-    report = SolveReport(Stop.STEP_LIMIT, iteration, evaluations, norm / largest)
-    return Solved(at, report, cg_steps, spent)
+    report = SolveReport(stop, iteration, evaluations, norm / largest)
+    return Solved(at, report, cg_steps, round(spent * potential.cost))
 
 
 def _first_admissible(potential: Potential, starts: tuple[Array, ...]) -> Point:

@@ -18,10 +18,10 @@ from ..basis.reproducing_kernel import ReproducingKernel
 from ..basis.rkpm import RkpmWeights
 from ..ground.checks import InputError
 from ..ground.frames import Normalisation
-from ..mechanics.neo_hookean import LogNeoHookean
 from ..mechanics.tissue import Tissue
 from .body import Body
 from .contact_samples import ContactSamples
+from .crushed_tissue import CrushedNeoHookean
 from .elastic_modes import ModeSpace
 from .local_detail import LocalDetail
 from .local_functions import LocalFunctions
@@ -41,8 +41,21 @@ from .tools import Jaws, Part, Tool
 RECORDS: dict[str, type[Any]] = {
     record.__name__: record
     for record in (
-        *(Body, BodyState, BoxPin, Capsule, Cells, ContactSamples, GridShape, GridSpline, Grip, Jaws, LocalColumns),
-        *(LocalDetail, LocalFunctions, LogNeoHookean, ModeSpace, Normalisation, Part, Pin, PinEdit, Quadrature),
+        *(
+            Body,
+            BodyState,
+            BoxPin,
+            Capsule,
+            Cells,
+            ContactSamples,
+            CrushedNeoHookean,
+            GridShape,
+            GridSpline,
+            Grip,
+            Jaws,
+            LocalColumns,
+        ),
+        *(LocalDetail, LocalFunctions, ModeSpace, Normalisation, Part, Pin, PinEdit, Quadrature),
         *(ReproducingKernel, RestShape, RkpmWeights, Scene, SceneState, SimulationBasis, SimulationOptions, Snapshot),
         *(StrainEnergy, Tissue, Tool, ToolPose, Touch),
     )
