@@ -38,7 +38,8 @@ FIGURE_8_NOTE = (
     "organ, volume 1 to 3.5 % lower for liver, gallbladder, prostate and spleen and up to 12 % lower for the pancreas, "
     "convergence within 8 to 16 steps (its section 4). Comparable are the order of the three curves, the sign of the "
     "drift and the number of steps; not the sizes, as its data are not public and its alpha weighs against a sum over "
-    "the surface points, whose number it does not state for this figure."
+    "the surface points, whose number it does not state for this figure. Settled: the residual stays within 2 % of its "
+    "last value."
 )
 
 
