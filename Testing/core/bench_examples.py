@@ -11,10 +11,14 @@ from scipy.spatial import ConvexHull
 from organphys.ground.frames import Normalisation, Similarity, rotation_about
 from organphys.points.point_sets import Camera
 from organphys.points.surface_samples import SurfaceSamples
+from organphys_bench.runs.conditions import Condition
+from organphys_bench.runs.run_file import RunKey
 
 BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
 sys.path.append(str(BENCHMARKS))
 
+KEY = RunKey("tiny", "rigid_icp", Condition())
+"""Of the run that the fixture ``finished`` makes."""
 RADII = np.array([40.0, 30.0, 22.0])
 T_SCENE_CT = Similarity(0.01, rotation_about(np.array([0.2, 1.0, 0.1]), 0.3), np.array([0.05, -0.02, 2.0]))
 
