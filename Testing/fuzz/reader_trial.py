@@ -13,7 +13,7 @@ from targets import MEGABYTE, Target
 
 from organphys.ground.checks import InputError
 
-BASE_BYTES = 64 * MEGABYTE  # what a library may take at its first call, whatever the file
+BASE_BYTES = 16 * MEGABYTE  # what a library may take at its first call, whatever the file
 LONGEST_MESSAGE = 1000
 LINUX = Path("/proc/self/clear_refs").exists()
 STATUS = os.open("/proc/self/status", os.O_RDONLY) if LINUX else None
