@@ -15,7 +15,7 @@ from pathlib import Path
 from .. import SCRIPTS
 from .run_file import RunKey, write_run
 
-TIMEOUT_S = 3600
+TIMEOUT_S = 1800
 
 
 def run_all(
