@@ -66,6 +66,7 @@ SETS = {
     "last alpha 0.003": last_level(alpha=0.003),
     "last tau 0.09": last_level(tau=0.09),
     "last tau 0.15": last_level(tau=0.15),
+    "tissue held by tools kept": data(free_only=False),
     "data alike whatever is seen": Settings(ElasticOptions(seen_share=0.0)),
     "10 handles": basis(handles=10),
     "20 handles": basis(handles=20),

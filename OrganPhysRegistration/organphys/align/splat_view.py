@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..ground.checks import Array, InputError
 from ..ground.frames import Similarity, rotation_between
 from ..ground.notices import Notice
+from ..points.neighbours import nearest_neighbours
 from ..points.point_sets import Camera
 from .camera_image import CameraImage, CameraImageOptions, camera_image
 from .rim import Rim, find_rim
@@ -32,6 +34,13 @@ class SplatView:
     def tree(self) -> cKDTree:
         """KD-tree over the surface samples."""
         return cKDTree(self.surface.samples)
+
+    @cached_property
+    def neighbourhoods(self) -> NDArray[np.int64]:
+        """The tenth (M, M / 10) of all surface samples nearest to each, nearest first; of few samples 20."""
+        samples = self.surface.samples
+        count = min(max(20, len(samples) // 10), len(samples))
+        return nearest_neighbours(self.tree, samples, k=range(1, count + 1))[1]
 
 
 def splat_view(

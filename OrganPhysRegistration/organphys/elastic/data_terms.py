@@ -21,7 +21,8 @@ from .visibility import Visibility
 class DataOptions:
     """Weights of the terms; ``plane``: share of the metric along the normal; ``normal_weight``: of unit normals in the
     nearest-neighbour search; ``rim_window``: lateral half width of a rim ray in sample spacings; ``lateral_noise``: of
-    splat points across their rays, as a fraction of that along them (1: the same)."""
+    splat points across their rays, as a fraction of that along them (1: the same); ``free_only``: tissue held away from
+    the organ is left out."""
 
     splat_weight: float = 1.0
     organ_weight: float = 1.0
@@ -30,6 +31,7 @@ class DataOptions:
     normal_weight: float = 0.3
     rim_window: float = 1.2
     lateral_noise: float = 0.25
+    free_only: bool = True
 
 
 def splat_matches(organ: Deformed, view: SplatView, tau: float, options: DataOptions) -> Matches:
@@ -44,15 +46,23 @@ def splat_matches(organ: Deformed, view: SplatView, tau: float, options: DataOpt
 
 
 def organ_matches(
-    organ: Deformed, view: SplatView, seen: Visibility, chosen: NDArray[np.int64], tau: float, options: DataOptions
+    organ: Deformed,
+    view: SplatView,
+    seen: Visibility,
+    chosen: NDArray[np.int64],
+    tau: float,
+    options: DataOptions,
+    free: Array | None = None,
 ) -> Matches:
-    """The ``chosen`` organ samples that should be visible and their nearest splat samples."""
+    """The ``chosen`` organ samples that should be visible and their nearest splat samples, of which those weigh by
+    ``free`` (M,)."""
     rows = chosen[seen.front[chosen]]
     if len(rows) <= 20:
         rows = rows[:0]
     distance, nearest = view.tree.query(seen.points[rows])
     weights = geman_mcclure((distance / organ.pose.scale) ** 2, tau) * np.clip(seen.facing[rows], 0, 1)
     weights *= precision(view.surface.samples[nearest], organ.start.turn(organ.normals[rows]), options.lateral_noise)
+    weights *= 1.0 if free is None else free[nearest]
     return Matches(
         rows,
         organ.target_frame(view.surface.samples[nearest]),

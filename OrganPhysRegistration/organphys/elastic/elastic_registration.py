@@ -20,6 +20,7 @@ from ..ground.solve_report import SolveReport, Stop
 from ..ground.stiffness import PRESET_ALPHA
 from ..points.sampling import random_subset
 from .data_terms import DataOptions, organ_matches, rim_matches, splat_matches
+from .held_tissue import free_tissue
 from .joint_scale import ScalePrior, data_quadratic, solve
 from .landmark_matches import landmark_matches
 from .matches import Deformed, Matches
@@ -70,7 +71,7 @@ class ElasticOptions:
     @classmethod
     def short(cls) -> ElasticOptions:
         """A few steps to an elastic energy, by which poses are compared."""
-        return cls(levels=SHORT, seen_share=0.0)
+        return cls(levels=SHORT, data=DataOptions(free_only=False), seen_share=0.0)
 
     @classmethod
     def down_to(cls, last: float) -> ElasticOptions:
@@ -98,7 +99,7 @@ class ElasticState:
     def without_rigid_part(self, organ: ReducedOrgan) -> ElasticState:
         """The same map with the rotation and translation held in Z moved into the pose (gamma becomes 1)."""
         rest = organ.elasticity.points
-        motion = fit_similarity(rest, rest + organ.basis.phi(rest) @ self.z, scale=False)
+        motion = fit_similarity(rest, rest + organ.phi_volume @ self.z, scale=False)
         back = motion.inverse()
         z = self.z @ motion.rotation + organ.basis.similarity_coordinates(back.rotation - np.eye(3), back.translation)
         return ElasticState(z, 1.0, self.pose @ motion)
@@ -180,10 +181,14 @@ def find_matches(
 ) -> Matches:
     """All data terms of one outer step."""
     seen = visibility(shape, view, tau)
+    of_splat, free = splat_matches(shape, view, tau, options), None
+    if options.free_only:
+        free = free_tissue(shape, view, of_splat, tau)
+        of_splat = replace(of_splat, weights=free * of_splat.weights)
     return Matches.join(
         [
-            splat_matches(shape, view, tau, options),
-            organ_matches(shape, view, seen, chosen, tau, options),
+            of_splat,
+            organ_matches(shape, view, seen, chosen, tau, options, free),
             rim_matches(shape, view, seen, organ.samples.spacing, tau, options),
             landmark_matches(organ.samples, shape, landmarks),
         ]

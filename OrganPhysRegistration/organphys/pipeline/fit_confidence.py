@@ -14,6 +14,7 @@ from ..ground.solve_report import SolveReport
 from ..points.point_sets import SceneUnit
 from .default_stages import DefaultRigid
 from .fit_evidence import FitEvidence, fit_evidence
+from .scale_checks import scale_percent
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ def fit_confidence(
     mirrored: float | None,
 ) -> FitConfidence:
     """Of an elastic result without its rigid part; ``chosen``: the rigid stage it began with, None for another pose."""
-    terms = posterior_terms(organ, view, state, scale_percent=None if unit is None else unit.percent)
+    terms = posterior_terms(organ, view, state, scale_percent=None if unit is None else scale_percent(unit))
     evidence = fit_evidence(
         organ,
         view,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..elastic.joint_scale import ScalePrior
@@ -11,6 +13,7 @@ from ..points.point_sets import SceneUnit
 from ..points.surface_samples import SurfaceSamples
 
 DISAGREES = 1.15  # ratio of scales beyond the error of a short elastic fit without the unit (8 %, dev cases)
+SWELLING = 1.0  # percent: an organ's own size (blood, pressure of the gas) and the splat's depth vary by as much
 NEARLY_EXACT = 2.0  # percent: a unit as good as this fixes the scale of the start search
 
 
@@ -29,7 +32,13 @@ def scale_prior(start: Similarity, expected: float | None, unit: SceneUnit | Non
     """Prior of the joint scale for a starting pose T_camera_normalised."""
     if unit is None or expected is None:
         return ScalePrior()
-    return ScalePrior.of(start.scale / expected, unit.percent)
+    return ScalePrior.of(start.scale / expected, scale_percent(unit))
+
+
+def scale_percent(unit: SceneUnit) -> float:
+    """Standard deviation, in percent, of the organ's registered size about what the stated unit makes of its CT: even
+    an exact unit leaves ``SWELLING``."""
+    return math.hypot(unit.percent, SWELLING)
 
 
 def unit_notices(free_scale: float, samples: SurfaceSamples, unit: SceneUnit | None) -> tuple[Notice, ...]:
