@@ -8,7 +8,7 @@ from scene_examples import POSE, bumpy_organ, seen_from_camera
 
 from organphys.align.splat_view import SplatView
 from organphys.elastic.data_terms import DataOptions, splat_matches
-from organphys.elastic.elastic_registration import ElasticOptions, ElasticState, find_matches, register_elastically
+from organphys.elastic.elastic_registration import ElasticOptions, ElasticState, register_elastically
 from organphys.elastic.held_tissue import free_tissue
 from organphys.elastic.reduced_organ import ReducedOrganOptions, reduce_organ
 from organphys.points.surface_samples import sample_surface
