@@ -8,7 +8,7 @@ from simulation_examples import BOTTOM, SIZE, box_body
 
 from organphys.ground.checks import InputError
 from organphys.ground.solve_report import Stop
-from organphys.simulation.grasp import passing_on
+from organphys.simulation.grasp import allowed_at_anchors, passing_on
 from organphys.simulation.local_detail import LocalDetail
 from organphys.simulation.near_tools import near_samples, stretches
 from organphys.simulation.newton_cg import EVALUATION, FEWEST
@@ -187,3 +187,35 @@ def test_tissue_caught_between_jaws_passes_and_comes_back_when_it_has_left():
     assert not len(same_side.passing)
     assert passing_on(caught, samples, np.full((2, 3), 5e-4), normals, radii, 1e-3, 1e-3).passing.tolist() == [4, 7]
     assert not len(passing_on(caught, samples, np.full((2, 3), 5e-3), normals, radii, 1e-3, 1e-3).passing)
+
+
+def test_what_jaws_have_let_go_leaves_them():
+    """Jaws that close on tissue, drag it sideways beyond their grip and open: no tissue stays inside them."""
+    down = [pose(z=TOP + 0.016 - 0.016 * k / 20, jaw=60 - 2.75 * k) for k in range(21)]
+    along = [pose(x=0.05 + 0.02 * k / 20, z=TOP - 0.002, jaw=5 + 0.7 * k) for k in range(1, 21)]
+    away = [pose(x=0.07 + 0.01 * k / 20, z=TOP - 0.002, jaw=19 + k) for k in range(1, 21)]
+    simulation, reports = driven(box_body(BOTTOM, sample_spacing=1e-3), gripper(Jaws(force_limit=3.0)), down + along)
+    assert len(simulation.state.bodies[0].grips[0].sample)  # it holds something
+    reports += [simulation.step((p,)) for p in away]
+    assert not len(simulation.state.bodies[0].grips[0].passing)
+    assert max(r.bodies[0].deepest_m for r in reports) < 3e-4
+    assert max(np.linalg.norm(r.forces[0].force) for r in reports[-20:]) < 2.0
+
+
+def test_held_tissue_may_be_as_deep_as_its_anchor_and_is_pushed_out_as_the_jaws_open():
+    gaps, jaws = np.array([[-1e-3, 5e-4, 3e-3]]), Jaws(close_deg=12, open_deg=20)
+    shut, half, wide = (allowed_at_anchors(gaps, pose(jaw=deg), jaws, 1e-3) for deg in (5, 16, 25))
+    assert np.allclose(shut, [[2e-3, 5e-4, 0]])
+    assert np.allclose(half, 0.5 * shut) and not wide.any()
+
+
+def test_local_functions_follow_the_contact_without_pushing_tissue_into_the_tool():
+    body = box_body(BOTTOM, sample_spacing=1e-3)
+    slide = [pose(x=0.05 + 0.02 * k / 60, z=TOP - 0.005) for k in range(1, 61)]
+    simulation, reports = driven(body, probe(), poke(0.005, hold=0) + slide, detail=LocalDetail())
+    middle = simulation.scene.bodies[0].basis.local.functions.middle
+    assert middle[0] > 0.055  # they went with what the tool touches
+    assert max(r.bodies[0].deepest_m for r in reports) < 3e-4
+    forces = np.array([np.linalg.norm(r.forces[0].force) for r in reports])
+    assert np.abs(np.diff(forces)).max() < 0.5 * forces.max()
+    assert min(r.bodies[0].min_det for r in reports) > 0.2

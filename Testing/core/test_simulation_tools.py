@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from simulation_examples import box_surface
+from simulation_examples import TISSUE, box_surface
 
 from organphys.ground.checks import InputError
 from organphys.ground.frames import rotation_about
 from organphys.simulation.barrier import barrier
 from organphys.simulation.continuous_check import crossed, substeps, substeps_at
-from organphys.simulation.friction import friction
+from organphys.simulation.crushed_tissue import CRUSHED, simulated_material
+from organphys.simulation.friction import friction, held_back
 from organphys.simulation.grasp import between_jaws, grip_value
 from organphys.simulation.state import ToolPose
 from organphys.simulation.tool_force import low_pass
@@ -183,3 +184,33 @@ def test_sub_steps_count_what_moves_near_the_tissue():
     assert substeps_at(tool, ToolPose(np.zeros(3)), turned, tip) == 1
     way = 2 * np.hypot(0.09, 0.003) * np.sin(0.05)
     assert substeps_at(tool, ToolPose(np.zeros(3)), turned, shaft) == int(np.ceil(way / 0.002))
+
+
+def test_friction_that_would_turn_round_is_as_stiff_as_sticking():
+    """With f'(y) / y along the slip Newton's step on friction alone ends where it sticks."""
+    rng = np.random.default_rng(5)
+    normal = np.tile([0, 0, 1.0], (6, 1))
+    slip, limit, smooth = rng.normal(size=(6, 3)) * [1e-4, 1e-4, 0], rng.uniform(1, 2, 6), 1e-5
+    law = friction(slip, normal, limit, smooth)
+    move = np.where(np.arange(6)[:, None] < 4, -2.0, 0.5) * slip
+    rows, missing = held_back(slip, normal, limit, smooth, move)
+    assert rows.tolist() == [0, 1, 2, 3]
+    for k, more in zip(rows, missing, strict=True):
+        flat = (law.blocks[k] + more)[:2, :2]
+        step = -np.linalg.solve(flat, law.gradient[k, :2])
+        assert np.allclose(slip[k, :2] + step, 0, atol=1e-12)
+
+
+def test_crushed_tissue_is_stiffer_and_gentle_strain_is_not():
+    crushed, plain = simulated_material(TISSUE), TISSUE.material
+    j = np.linspace(0.05, 1.5, 400)
+    energy, slope, curvature = crushed.volumetric(j)
+    gentle = j > CRUSHED
+    for mine, theirs in zip((energy, slope, curvature), plain.volumetric(j), strict=True):
+        assert np.array_equal(mine[gentle], theirs[gentle])
+    assert (slope[~gentle] < plain.volumetric(j)[1][~gentle]).all()
+    h = 1e-6
+    for value, derivative in ((0, slope), (1, curvature)):
+        difference = (crushed.volumetric(j + h)[value] - crushed.volumetric(j - h)[value]) / (2 * h)
+        assert np.abs(difference - derivative).max() < 1e-5 * np.abs(derivative).max()
+    assert not np.isfinite(crushed.volumetric(np.array([-0.1]))[0]).any()

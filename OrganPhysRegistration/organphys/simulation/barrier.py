@@ -1,7 +1,7 @@
 """The push of a tool on tissue: a log barrier in the gap, continued quadratically where the gap is small.
 
 Per area: e(d) = p g B(d / g) with B(u) = -(u - 1)^2 ln u (Li et al., "Incremental Potential Contact", ACM TOG 2020)
-for u < 1 and 0 beyond; below u = 0.05 its second-order Taylor polynomial, so that energy and force stay finite for
+for u < 1 and 0 beyond; below u = 0.1 its second-order Taylor polynomial, so that energy and force stay finite for
 tissue that is inside a tool and push it out.
 """
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from ..ground.checks import Array
 
-CONTINUED = 0.05
+CONTINUED = 0.1
 
 
 def barrier(gap: Array, width: float, pressure: float) -> tuple[Array, Array, Array]:

@@ -14,7 +14,7 @@ from ..mechanics.neo_hookean import LogNeoHookean
 from ..mechanics.tissue import Tissue
 from .barrier import barrier
 
-CRUSHED, STIFFER = 0.6, 2.0
+CRUSHED, STIFFER = 0.45, 3.0
 
 
 class CrushedNeoHookean(LogNeoHookean):

@@ -71,12 +71,6 @@ class IncrementalPotential:
         """How exactly the elastic energy is known near rest, J: its density is a small difference of large numbers."""
         return 1e-14 * self.body.strain.material.mu * float(self.body.strain.weights.sum())
 
-    @property
-    def cost(self) -> float:
-        """What a Hessian product takes beside one of the body without local functions."""
-        plain = self.body.plain or self.body
-        return self.body.strain.rows.size / plain.strain.rows.size
-
     def evaluate(self, z: Array) -> Evaluation:
         """Energy and gradient at Z (n, 3)."""
         body = self.body

@@ -49,11 +49,6 @@ class JointPotential:
     def rounding(self) -> float:
         return sum(part.rounding for part in self.parts)
 
-    @property
-    def cost(self) -> float:
-        """What a Hessian product takes beside one of bodies without local functions, at most."""
-        return max(part.cost for part in self.parts)
-
     @cached_property
     def slices(self) -> tuple[slice, ...]:
         """Rows of each body in Z."""

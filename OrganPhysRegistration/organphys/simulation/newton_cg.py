@@ -46,8 +46,6 @@ class Potential(Protocol):
     def mass(self) -> float: ...
     @property
     def rounding(self) -> float: ...
-    @property
-    def cost(self) -> float: ...
     def evaluate(self, z: Array) -> Any: ...
     def tangent(self, at: Any) -> Any: ...
     def firmer(self, at: Any, change: Array) -> Any | None: ...
@@ -86,14 +84,14 @@ def minimise(
 ) -> Solved:
     """Minimum from the first of ``starts`` (n, 3) that is admissible; the last one must be.
 
-    ``reference`` (n, 3): where the preconditioner takes its stiffness; ``effort``: about so many Hessian products of a
-    body without local functions, or what costs as much, at most, those of the options if not given.
+    ``reference`` (n, 3): where the preconditioner takes its stiffness; ``effort``: about so many Hessian products, or
+    what costs as much, at most, those of the options if not given.
     The report's residual is the norm of the gradient over the largest force. With ``Stop.STALLED`` or STEP_LIMIT the
     state is still finite, just not as exact as asked.
     """
     at: Point = _first_admissible(potential, starts)
     evaluations, cg_steps, factors, spent = 1, 0, 0, EVALUATION
-    effort = int((potential.options.effort if effort is None else effort) / potential.cost)
+    effort = potential.options.effort if effort is None else effort
     stop = Stop.STEP_LIMIT
     for iteration in range(potential.options.newton_steps + 1):
         largest = max(at.largest, LEAST_FORCE * potential.mass)
@@ -116,7 +114,7 @@ def minimise(
             break
         at = trial
     report = SolveReport(stop, iteration, evaluations, norm / largest)
-    return Solved(at, report, cg_steps, round(spent * potential.cost))
+    return Solved(at, report, cg_steps, spent)
 
 
 def _first_admissible(potential: Potential, starts: tuple[Array, ...]) -> Point:
