@@ -122,6 +122,7 @@ def panel_rows(folder: Path, updates: int) -> list[str]:
     host.process()
     module.ui.applyButton.click()
     host.wait_until(lambda: not sections[RegisterSection].running, 300)
+    host.wait_until(lambda: module.ui.liveCheckBox.enabled, 60)  # the panel is refreshed a moment after the run
     module.ui.liveCheckBox.click()
     live = sections[LiveSection].live
     if live is None:

@@ -144,6 +144,23 @@ def test_prior_holds_bending_but_not_rigid_motion(follower):
     assert cost > 1.5 * (moved**2).sum(1).mean()  # little of random bending is rigid
 
 
+def test_steady_motion_is_expected_to_go_on(clouds, started):
+    """Where two frames were followed, the third begins nearer to where it ends, and not after an organ was lost."""
+    run, view = going_on(started), started._method.view
+    run.add(clouds[1], 1.0)
+    stays, goes_on = run._seen_by(view), run._expected(view, 2.0)
+    late = run._expected(view, 9.0)  # a gap: it goes on for one interval at most
+    run.add(clouds[2], 2.0)
+    reduced = run._method.organ
+    assert late.pose.key == goes_on.pose.key != stays.pose.key
+    end = run._seen_by(view)
+    end_points = end.pose.apply(reduced.points(end.z))
+    way = [np.linalg.norm(s.pose.apply(reduced.points(s.z)) - end_points, axis=1).mean() for s in (stays, goes_on)]
+    assert way[1] < way[0]
+    run.add(dataclasses.replace(clouds[2], valid=np.zeros(len(clouds[2]), dtype=bool)), 3.0)
+    assert run._expected(view, 4.0).pose.key == run._seen_by(view).pose.key
+
+
 def test_lost_organ_is_told_and_found_again(organ, clouds, started):
     far = clouds[2].centres + np.array([2.5, 0.5, 1.0], dtype=np.float32)  # 80 mm away: out of a warm start's reach
     jumped = dataclasses.replace(clouds[2], centres=far)

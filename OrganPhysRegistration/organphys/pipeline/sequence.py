@@ -19,6 +19,7 @@ from ..points.point_sets import Box, Camera, GaussianCloud, Landmarks, Organ, Sc
 from .case import Case
 from .default_method import DefaultMethod
 from .frame_view import Near, frame_view
+from .motion_ahead import moved_on
 from .organ_in_scene import organ_in_scene
 from .processor import one_blas_thread
 from .registration import RegisterOptions, Registration
@@ -112,17 +113,16 @@ class SequenceFollower:
         method = session.default_method
         self._method, self._base = method, ElasticOptions.stiffness(self.options.stiffness)
         result = session.state.stages["elastic"].result
-        self._state = state_of(result.z, method.camera_pose(result.T_scene_ct))
-        self._T_camera_scene = method.view.T_camera_scene
+        state = state_of(result.z, method.camera_pose(result.T_scene_ct))
         self._cluttered = any(notice.code == "organ_found_in_scene" for notice in session.state.case.notices)
-        return self._frame(method.view, judged(method.organ, method.view, self._state), time, "first", "")
+        return self._frame(method.view, judged(method.organ, method.view, state), time, "first", "")
 
     def _next(self, splat: GaussianCloud, time: float, progress: Progress) -> Frame:
         good = [frame.fit for frame in self.frames if frame.status != "lost"]
         lost, fit, view = "", self.frames[-1].fit, self._method.view
         try:
             view = frame_view(splat, self.camera, self.box, self.options, self._near())
-            fit = follow_on(self._method.organ, view, self._seen_by(view), self._base, self.follow)
+            fit = follow_on(self._method.organ, view, self._expected(view, time), self._base, self.follow)
             lost = is_lost(fit, good, self.follow)
         except InputError as error:
             return self._frame(view, replace(fit, state=self._seen_by(view)), time, "lost", str(error))
@@ -150,19 +150,34 @@ class SequenceFollower:
         """Where to look for the organ, where the splat shows other tissue as well."""
         if not self._cluttered:
             return None
-        pose = self._T_camera_scene.inverse() @ self._state.pose
-        return Near(pose.apply(self._method.organ.points(self._state.z)), pose.scale)
+        return Near(self._state.pose.apply(self._method.organ.points(self._state.z)), self._state.pose.scale)
 
     def _seen_by(self, view: SplatView) -> ElasticState:
         """The last state in the camera frame of another view."""
-        T_new_old = view.T_camera_scene @ self._T_camera_scene.inverse()
-        return ElasticState(self._state.z, 1.0, T_new_old @ self._state.pose)
+        return _into(view.T_camera_scene, self._state)
+
+    def _expected(self, view: SplatView, time: float) -> ElasticState:
+        """The same, gone on as the organ moved, where that is known and turns nothing inside out."""
+        if self._before is None or not self.follow.ahead:
+            return self._seen_by(view)
+        last, since = self.frames[-1].time, self.frames[-2].time
+        share = self.follow.ahead * min((time - last) / (last - since), 1.0)
+        state = moved_on(self._before, self._state, share)
+        if self._method.organ.elasticity.min_det(state.z) <= 0:
+            return self._seen_by(view)
+        return _into(view.T_camera_scene, state)
 
     def _frame(self, view: SplatView, fit: Fit, time: float, status: str, lost: str) -> Frame:
-        self._state, self._T_camera_scene = fit.state, view.T_camera_scene
-        T_normalised_ct = self._method.samples.normalisation.T_ct_normalised.inverse()
-        T_scene_ct = view.T_camera_scene.inverse() @ fit.state.pose @ T_normalised_ct
+        followed = status == "tracked" and self.frames[-1].status != "lost"
+        self._before: ElasticState | None = self._state if followed else None
+        self._state: ElasticState = _into(view.T_camera_scene.inverse(), fit.state)
+        T_scene_ct = self._state.pose @ self._method.samples.normalisation.T_ct_normalised.inverse()
         return Frame(time, T_scene_ct, fit.state.z, fit, status, lost, 0.0)
+
+
+def _into(T_other_frame: Similarity, state: ElasticState) -> ElasticState:
+    """A state with gamma = 1 seen from another frame."""
+    return ElasticState(state.z, 1.0, T_other_frame @ state.pose)
 
 
 def _told(frame: Frame) -> str:

@@ -1,4 +1,4 @@
-"""One warm step of a sequence: the organ of the frame before, fitted to the next frame's splat."""
+"""One warm step of a sequence: the organ, from where it is expected, fitted to the next frame's splat."""
 
 from __future__ import annotations
 
@@ -25,22 +25,24 @@ RECENT = 10  # frames that say what is usual
 @dataclass(frozen=True)
 class FollowOptions:
     """``damping``: strength of ``TemporalPrior``, no unit: 1 weighs a mean displacement since the frame before as much
-    as the same distance between organ and splat; it holds back bending, not rigid motion. ``scale_percent``: standard
+    as the same distance between organ and splat; it holds back bending, not rigid motion. ``ahead``: share of its last
+    motion by which the organ is expected to go on, which it is damped towards; 0: it stays. ``scale_percent``: standard
     deviation by which the scale may change from frame to frame, 0: it is that of the first. ``steps``: most outer steps
     a frame. Lost is the organ where its score (see ``elastic_score``) exceeds the usual one by ``worse`` times and
     ``by``, or where the share of its surface that is seen falls below ``seen`` of the usual one; then the whole search
     is run on that frame, unless ``restart`` is off."""
 
     damping: float = 0.02
+    ahead: float = 0.5
     scale_percent: float = 0.0
-    steps: int = 6
+    steps: int = 4
     worse: float = 1.4
     by: float = 0.1
     seen: float = 0.5
     restart: bool = True
 
     def __post_init__(self) -> None:
-        for name in ("damping", "scale_percent"):
+        for name in ("damping", "ahead", "scale_percent"):
             if not 0 <= getattr(self, name) < np.inf:
                 raise InputError(
                     f"{name.replace('_', ' ')}: expected a number of at least 0, got {getattr(self, name)}"
@@ -61,18 +63,18 @@ class Fit:
 
 
 def follow_on(
-    organ: ReducedOrgan, view: SplatView, before: ElasticState, base: ElasticOptions, options: FollowOptions
+    organ: ReducedOrgan, view: SplatView, expected: ElasticState, base: ElasticOptions, options: FollowOptions
 ) -> Fit:
-    """The organ in the next frame, from where it was in the one before; ``base``: options of the first frame."""
+    """The organ in the next frame, from where it is expected; ``base``: options of the first frame."""
     level = ElasticLevel(base.levels[-1].alpha, base.levels[-1].tau, options.steps)
     state, _ = register_elastically(
         organ,
         view,
-        before.start,
+        expected.start,
         scale_prior=lambda start: ScalePrior.of(1.0, options.scale_percent),
         options=replace(base, levels=(level,)),
-        resume=before,
-        prior_on_z=_prior(organ, before, options.damping),
+        resume=expected,
+        prior_on_z=_prior(organ, expected, options.damping),
     )
     return judged(organ, view, state.without_rigid_part(organ))
 
@@ -98,8 +100,8 @@ def is_lost(fit: Fit, good: Sequence[Fit], options: FollowOptions) -> str:
     return ""
 
 
-def _prior(organ: ReducedOrgan, before: ElasticState, damping: float) -> TemporalPrior | None:
-    return TemporalPrior.of(organ.basis, before.z, damping) if damping else None
+def _prior(organ: ReducedOrgan, expected: ElasticState, damping: float) -> TemporalPrior | None:
+    return TemporalPrior.of(organ.basis, expected.z, damping) if damping else None
 
 
 def state_of(z: np.ndarray, T_camera_normalised: Similarity) -> ElasticState:
