@@ -191,15 +191,16 @@ def test_tissue_caught_between_jaws_passes_and_comes_back_when_it_has_left():
 
 def test_what_jaws_have_let_go_leaves_them():
     """Jaws that close on tissue, drag it sideways beyond their grip and open: no tissue stays inside them."""
-    down = [pose(z=TOP + 0.016 - 0.016 * k / 20, jaw=60 - 2.75 * k) for k in range(21)]
-    along = [pose(x=0.05 + 0.02 * k / 20, z=TOP - 0.002, jaw=5 + 0.7 * k) for k in range(1, 21)]
-    away = [pose(x=0.07 + 0.01 * k / 20, z=TOP - 0.002, jaw=19 + k) for k in range(1, 21)]
+    down = [pose(z=TOP + 0.016 - 0.013 * k / 20, jaw=60 - 2.75 * k) for k in range(21)]
+    along = [pose(x=0.05 + 0.02 * k / 20, z=TOP + 0.003, jaw=5 + 0.7 * k) for k in range(1, 21)]
+    away = [pose(x=0.07 + 0.01 * k / 20, z=TOP + 0.003, jaw=19 + k) for k in range(1, 21)]
     simulation, reports = driven(box_body(BOTTOM, sample_spacing=1e-3), gripper(Jaws(force_limit=3.0)), down + along)
     assert len(simulation.state.bodies[0].grips[0].sample)  # it holds something
     reports += [simulation.step((p,)) for p in away]
     assert not len(simulation.state.bodies[0].grips[0].passing)
     assert max(r.bodies[0].deepest_m for r in reports) < 3e-4
-    assert max(np.linalg.norm(r.forces[0].force) for r in reports[-20:]) < 2.0
+    forces = [np.linalg.norm(r.forces[0].force) for r in reports]
+    assert forces[-1] < 0.7 * forces[-20]  # the open jaws are dragged on, past the tissue
 
 
 def test_held_tissue_may_be_as_deep_as_its_anchor_and_is_pushed_out_as_the_jaws_open():
