@@ -4,7 +4,7 @@
 # make lint   ruff and mypy
 # make docs   the documentation as HTML in build/docs; warnings and broken links are errors
 # make fuzz   200,000 hostile files for every reader: hours; it goes on where it stopped (Testing/fuzz)
-# make faults  400 trials of kills, full disks and other bad days, 300 in the Slicer modules (Testing/faults); goes on
+# make faults  540 trials of kills, full disks and other bad days, 300 in the Slicer modules (Testing/faults); goes on
 # make lock   pins in constraints.txt for what the pinned packages need in turn
 # make licences  THIRD_PARTY.md, the licences of all packages
 # make test-wheel  wheel and sdist, installed into an empty environment, run the demo

@@ -15,7 +15,7 @@ if sys.platform != "linux":
 sys.path.append(str(Path(__file__).resolve().parents[1] / "faults"))
 
 from commands import Commands
-from injected import Fault
+from injected import MEGABYTE, Fault
 from outputs import FOREIGN, OLDER, write_older
 from trial import Ended, Size, judged, measured, run_trial
 
@@ -80,6 +80,14 @@ def test_a_write_that_stops_in_a_file(
     fault = Fault(kind, sizes[name].largest // 2)
     verdict = run_trial(commands, sizes[name].names, name, fault, tmp_path, older=True)
     assert verdict == type(verdict)("killed" if kind == "half" else "told", "older")
+
+
+@pytest.mark.parametrize("megabytes", [0.3, 3, 10])
+def test_little_memory(commands: Commands, sizes: dict[str, Size], tmp_path: Path, megabytes: float) -> None:
+    """Left for a whole command, computing included: told in one line, the older results stay."""
+    fault = Fault("memory, whole", megabytes * MEGABYTE)
+    verdict = run_trial(commands, sizes["frames"].names, "frames", fault, tmp_path, older=True)
+    assert verdict == type(verdict)("told", "older")
 
 
 def test_the_harness_sees_debris_mixtures_and_tracebacks() -> None:

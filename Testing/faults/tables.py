@@ -50,7 +50,8 @@ def write_results(path: Path, state: dict, trials: int, scene_trials: int) -> No
         *(_row(kind, [row for row in rows if row["kind"] == kind]) for kind in KINDS),
         _row("all", rows),
         "",
-        f"{_kills(rows)} of these trials were killed with signal 9, or in the middle of a write.",
+        f"{_kills(rows, 'kill')} of these trials were killed with signal 9, and {_kills(rows, 'half')} in the middle of "
+        "a write.",
         "",
         *_scenes(scenes, state["growth"]),
         *_big(state["big"]),
@@ -74,8 +75,8 @@ def _row(kind: str, rows: list[dict]) -> str:
     return f"| {kind} | {KINDS.get(kind, '')} | {len(rows)} | " + " | ".join(str(n) for n in figures) + " |"
 
 
-def _kills(rows: list[dict]) -> int:
-    return sum(row["ended"] == "killed" for row in rows)
+def _kills(rows: list[dict], kind: str) -> int:
+    return sum(row["ended"] == "killed" and row["kind"].startswith(kind) for row in rows)
 
 
 def _scenes(scenes: list[dict], growth: dict) -> list[str]:
