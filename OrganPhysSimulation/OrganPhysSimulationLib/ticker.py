@@ -13,7 +13,8 @@ from .session import SimulationSession
 EVERY_MS = 15
 BUDGET_S = 0.030  # of steps per turn; one step may exceed it
 BACKLOG_S = 0.10  # simulated time that is made up for, the rest is dropped: slower, not jerky
-SHOWN_S = 0.033  # between two frames that are shown
+SHOWN_S = 0.033  # between two frames that are shown, at least
+SHOWING = 0.5  # part of the time that showing may take: of a large splat fewer frames are shown, the organ goes on
 
 
 class Ticker:
@@ -27,8 +28,8 @@ class Ticker:
         self._timer = qt.QTimer()
         self._timer.setInterval(EVERY_MS)
         self._timer.connect("timeout()", self._slot)
-        self._owed = self._last = self._drawn = self._stepped = 0.0
-        self._unshown = False
+        self._owed = self._last = self._drawn = self._stepped = self._showing = 0.0
+        self._unshown = self._last_was_shown = False
         self.pace = 0.0  # simulated seconds per second, smoothed
 
     @property
@@ -39,7 +40,8 @@ class Ticker:
         """Step this session from now on."""
         self._session, self._owed, self.pace = session, 0.0, self.speed
         self._last = self._drawn = self._stepped = time.perf_counter()
-        self._unshown = False
+        self._unshown = self._last_was_shown = False
+        self._showing = 0.0
         self._timer.start()
 
     def stop(self) -> None:
@@ -68,8 +70,10 @@ class Ticker:
         now = time.perf_counter()
         passed, self._last = now - self._last, now
         self._owed = min(self._owed + passed * self.speed, max(BACKLOG_S, DT))
-        if self._unshown and now - self._drawn >= SHOWN_S:  # in a turn of its own: shorter turns
-            self._drawn, self._unshown = now, False
+        if self._last_was_shown:  # publishing, and the views that were drawn since
+            self._showing, self._last_was_shown = passed, False
+        if self._unshown and now - self._drawn >= max(SHOWN_S, self._showing / SHOWING):  # a turn of its own: shorter
+            self._drawn, self._unshown, self._last_was_shown = now, False, True
             session.publish()
             self._on_frame()
             return

@@ -13,6 +13,7 @@ Single = NDArray[np.float32]
 
 SWEEPS = 3  # leaves less than 2e-5 of the largest variance off the diagonal
 LEAST = 1e-12
+CHUNK = 16384  # so many at a time stay in the processor's cache
 
 
 def axes_of(covariances: Single, *, sweeps: int = SWEEPS) -> tuple[Single, Single]:
@@ -20,6 +21,15 @@ def axes_of(covariances: Single, *, sweeps: int = SWEEPS) -> tuple[Single, Singl
 
     R diag(s^2) R^T is the covariance, R being the quaternion's rotation.
     """
+    deviations = np.empty((len(covariances), 3), dtype=np.float32)
+    quaternions = np.empty((len(covariances), 4), dtype=np.float32)
+    for start in range(0, len(covariances), CHUNK):
+        part = slice(start, start + CHUNK)
+        deviations[part], quaternions[part] = _axes_of(covariances[part], sweeps)
+    return deviations, quaternions
+
+
+def _axes_of(covariances: Single, sweeps: int) -> tuple[Single, Single]:
     c = np.ascontiguousarray(covariances.transpose(1, 2, 0), dtype=np.float32)
     c /= (size := np.maximum(np.trace(c), np.float32(1e-30)))
     diagonal, off = [c[0, 0], c[1, 1], c[2, 2]], [c[1, 2], c[0, 2], c[0, 1]]

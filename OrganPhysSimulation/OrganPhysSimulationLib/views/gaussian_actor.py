@@ -107,6 +107,6 @@ class GaussianActor:
 
 
 def _array(name: str, values: Any) -> Any:
-    array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
+    array = numpy_to_vtk(np.ascontiguousarray(values), deep=False)  # the VTK array keeps the fresh numpy one alive
     array.SetName(name)
     return array

@@ -15,6 +15,8 @@ from ..engine.covariance_axes import axes_of, turned
 
 Single = NDArray[np.float32]
 
+LEVELS = 65535
+
 
 class SplatCloud:
     """``arrays``: of a splat node (see inputs.splat_input); ``rows`` (M,): the Gaussians that are drawn.
@@ -51,9 +53,14 @@ class SplatCloud:
         self.turns[here] = turned(turns, self._turn)
 
     def order(self, direction: Array) -> NDArray[np.int64]:
-        """Rows from far to near for a camera that looks along ``direction`` (3,), world mm."""
+        """Rows from far to near for a camera that looks along ``direction`` (3,), world mm.
+
+        By the depth in parts of 1/65535 of all depths, whole numbers of 16 bits being sorted several times faster.
+        """
         depth = self.positions @ np.asarray(direction, dtype=np.float32)
-        return np.argsort(-depth, kind="stable")
+        nearest, farthest = (depth.min(), depth.max()) if len(depth) else (0.0, 0.0)
+        nearness = (farthest - depth) * (LEVELS / max(float(farthest - nearest), 1e-30))
+        return np.argsort(nearness.astype(np.uint16), kind="stable")
 
     def _drawn(self, binding: QuickSplat) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Rows of the binding that are drawn, and where they are among the drawn ones."""
