@@ -29,12 +29,17 @@ def write_live(case: CaseNodes, outcome: Any) -> None:
     with batch(case.scene):
         case.update_record(
             similarities=record["similarities"] | {"elastic": np.asarray(outcome.similarities["elastic"]).tolist()},
-            metrics=record["metrics"] | {"elastic": dict(outcome.metrics["elastic"])},
+            metrics=record["metrics"] | {"elastic": _with_new(record["metrics"], outcome)},
             notices=[list(notice) for notice in outcome.notices],
             mm_per_unit=float(outcome.mm_per_unit),
         )
         _write_surface(node, outcome, np.array(record["T_overlay_scene"]))
         write_transforms(case, None)
+
+
+def _with_new(metrics: Any, outcome: Any) -> dict[str, Any]:
+    """Figures of the elastic stage; what an update does not tell, the confidence say, stays until all is still."""
+    return {**metrics.get("elastic", {}), **outcome.metrics["elastic"]}
 
 
 def _write_surface(node: Any, outcome: Any, T_overlay_scene: Any) -> None:

@@ -43,7 +43,7 @@ class DefaultMethod:
     """The stages for one case; what several of them need is made once, when it is first needed.
 
     ``quick``: an elastic stage from a pose that it has not begun with before goes on from that pose's short fit, with
-    a few steps of the last two levels alone.
+    a few steps of the last two levels alone; and the uncertainty of the result is left out.
     """
 
     def __init__(self, case: Case, memory: MethodMemory | None = None, *, quick: bool = False) -> None:
@@ -134,8 +134,9 @@ class DefaultMethod:
             self.memory.mirrored[key] = mirrored
         chosen = rigid if start is None else None
         return fit_confidence(
-            self.organ, self.view, state, self.landmarks, self.case.unit, report, chosen, self.memory.mirrored.get(key)
-        )
+            self.organ, self.view, state, self.landmarks, self.case.unit, report, chosen,
+            self.memory.mirrored.get(key), covariance=not self.quick,
+        )  # fmt: skip
 
     def _bent(
         self, pose: Similarity, options: ElasticOptions, recorder: ElasticRecorder

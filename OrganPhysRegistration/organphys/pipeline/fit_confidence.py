@@ -19,7 +19,7 @@ from .scale_checks import scale_percent
 
 @dataclass(frozen=True)
 class FitConfidence:
-    """``uncertainty``: None where organ and splat do not meet at all."""
+    """``uncertainty``: None where organ and splat do not meet at all, or where it was left out."""
 
     uncertainty: ReducedCovariance | None
     evidence: FitEvidence
@@ -34,9 +34,13 @@ def fit_confidence(
     report: SolveReport,
     chosen: DefaultRigid | None,
     mirrored: float | None,
+    *,
+    covariance: bool = True,
 ) -> FitConfidence:
-    """Of an elastic result without its rigid part; ``chosen``: the rigid stage it began with, None for another pose."""
-    terms = posterior_terms(organ, view, state, scale_percent=None if unit is None else scale_percent(unit))
+    """Of an elastic result without its rigid part; ``chosen``: the rigid stage it began with, None for another pose.
+    Without ``covariance`` the uncertainty, which takes longest, is left out."""
+    percent = None if unit is None else scale_percent(unit)
+    terms = posterior_terms(organ, view, state, scale_percent=percent) if covariance else None
     evidence = fit_evidence(
         organ,
         view,

@@ -109,6 +109,7 @@ class Requests:
         folder = request.fields.get("folder")
         if not isinstance(folder, str) or not folder:
             raise InputError("report: name the folder that the files go into")
+        self._loaded().settle(progress)
         registration = self._loaded().registration
         path = self.folder / folder  # an absolute path stays as it is
         try:

@@ -99,14 +99,13 @@ class RegistrationSession:
         landmarks: Landmarks | None = UNCHANGED,
         stiffness: str | float = UNCHANGED,
         unit: SceneUnit | None = UNCHANGED,
-        live: bool = True,
         on_surface: Callable[[Array], None] | None = None,
     ) -> CaseOutcome:
         """Register again with what is named changed; the stages not done yet are run as well.
 
         A change of stiffness gives what a full run gives, and a moved landmark too if the right pose is among those
         known (``prepare_updates``); ``settled`` makes sure. Another unit, and the paper's method, are a full run.
-        ``live``: the outcome holds what moves with the surface only; its inner points and asset are in ``settled``.
+        The outcome holds what moves with the surface only; inner points, uncertainty and asset are in ``settled``.
         """
         changes = Changes(landmarks, stiffness, unit)
         case = changes.case(self.state.case)
@@ -121,16 +120,28 @@ class RegistrationSession:
         else:
             afresh = self._afresh(case)
             self._take(case, afresh, OuterLoop(), self._all_stages(afresh, progress, show))
-        return self._told(live=live)
+        return self._told(live=True)
+
+    def settled(self, progress: Progress = no_progress) -> CaseOutcome:
+        """The whole outcome after ``updated``; see ``settle``."""
+        self.settle(progress)
+        return self._told()
 
     @one_blas_thread
-    def settled(self, progress: Progress = no_progress) -> CaseOutcome:
-        """The whole outcome after ``updated``, with the search repeated if landmarks have moved since the last one."""
-        if not self._loop.exact:
-            case = self.state.case
-            method = self._afresh(case)
-            self._take(case, method, replace(self._loop, exact=True), self._all_stages(method, progress, None))
-        return self._told()
+    def settle(self, progress: Progress = no_progress) -> None:
+        """Make up for what ``updated`` left out: the search, if landmarks have moved since the last one, and the
+        uncertainty."""
+        exact, method, stages = self._loop.exact, self._method, self.state.stages
+        if exact and not (isinstance(method, DefaultMethod) and method.quick):
+            return
+        case = self.state.case
+        afresh = self._afresh(case)
+        if exact:  # the solver's levels are remembered
+            elastic = afresh.elastic(stages["coarse"], stages["rigid"], stages["elastic"].start, progress, None)
+            stages = {**stages, "elastic": elastic}
+        else:
+            stages = self._all_stages(afresh, progress, None)
+        self._take(case, afresh, replace(self._loop, exact=True), stages)
 
     @one_blas_thread
     def prepare_updates(self, progress: Progress = no_progress) -> None:
