@@ -50,7 +50,7 @@ def write_results(path: Path, state: dict, trials: int, scene_trials: int) -> No
         *(_row(kind, [row for row in rows if row["kind"] == kind]) for kind in KINDS),
         _row("all", rows),
         "",
-        f"{_kills(rows, 'kill')} of these trials were killed with signal 9, and {_kills(rows, 'half')} in the middle of "
+        f"{_kills(rows, 'kill')} of these trials were killed with signal 9, {_kills(rows, 'half')} in the middle of "
         "a write.",
         "",
         *_scenes(scenes, state["growth"]),
