@@ -105,6 +105,15 @@ def panel_rows(folder: Path, updates: int) -> list[str]:
 
     host = slicer_host.start()
     module = host.load(module_file)
+    try:
+        return _live_rows(host, module, folder, updates)
+    finally:  # a registration process left running would outlive its Qt object
+        host.close(module)
+        host.remove_files()
+
+
+def _live_rows(host: Any, module: Any, folder: Path, updates: int) -> list[str]:
+    """Rows of the table for a loaded module."""
     import slicer
 
     from OrganPhysRegistrationLib.panel.live_section import LiveSection
@@ -152,8 +161,6 @@ def panel_rows(folder: Path, updates: int) -> list[str]:
             f"| {kind} | {updates} | {np.median(taken):.2f} | {np.percentile(taken, 95):.2f} "
             f"| {1000 * np.median(blocks):.0f} | {1000 * max(blocks):.0f} | {1000 * meter.longest:.0f} |"
         )
-    host.close(module)
-    host.remove_files()
     return rows
 
 

@@ -133,6 +133,8 @@ def main() -> None:
     if not arguments.no_write:
         named = " ".join(path.name for path in arguments.cases)
         command = f"python Testing/benchmarks/sequence.py {named} --frames {arguments.frames}"
+        if tuple(arguments.damping) != DAMPINGS:
+            command += f" --damping {' '.join(f'{damping:g}' for damping in arguments.damping)}"
         write_part(RESULTS, markdown(rows, command, arguments.frames))
 
 
