@@ -23,7 +23,7 @@ from .state import BodyState, Grip, ToolPose, Touch
 from .time_scheme import SchemeStep, scheme_step
 from .tool_force import ToolForce, tool_forces
 from .tool_reach import SURE, ToolReach, expected_way, farthest
-from .tools import PlacedPart, Tool, placed
+from .tools import PlacedPart, Tool, place, placed
 
 LEAST_EFFORT = 12  # of a sub-step, beside
 OVERHEAD = 10  # Hessian products take as long as the search for near samples and what else comes with a sub-step
@@ -113,7 +113,7 @@ def prepared(
     """What a step of one body needs."""
     spare = expected_way(body, state, dt)
     samples = _near(body, state, motion, options.contact_gap + spare, reach)
-    state = replace(state, grips=_grips(body, state, samples, motion))
+    state = replace(state, grips=_grips(body, state, samples, motion, options.contact_gap))
     scheme = scheme_step(options.scheme, state, dt)
     return Ready(state, _potential(body, state, motion, options, scheme, samples), samples, spare)
 
@@ -160,10 +160,11 @@ def _near(body: Body, state: BodyState, motion: Motion, within: float, reach: To
     return np.unique(np.concatenate([near, *kept]))
 
 
-def _grips(body: Body, state: BodyState, samples: NDArray[np.int64], motion: Motion) -> tuple[Grip, ...]:
+def _grips(body: Body, state: BodyState, samples: NDArray[np.int64], motion: Motion, width: float) -> tuple[Grip, ...]:
+    parts = [place(tool, pose) for tool, pose in zip(motion.tools, motion.before, strict=True)]
     return tuple(
-        grip if tool.jaws is None else updated_grip(grip, body, state.z, samples, pose, tool.jaws)
-        for grip, tool, pose in zip(state.grips, motion.tools, motion.after, strict=True)
+        grip if tool.jaws is None else updated_grip(grip, body, state.z, samples, pose, tool.jaws, old, width)
+        for grip, tool, pose, old in zip(state.grips, motion.tools, motion.after, parts, strict=True)
     )
 
 
@@ -185,7 +186,7 @@ def outcome(
         radii = np.array([part.shape.radius for part in terms.new])
         grips = tuple(
             passing_on(grip, terms.samples, gaps[mine], normals[mine], radii[mine], terms.width, dt)
-            for k, grip in enumerate(_slipped(body, state, motion, at.z))
+            for k, grip in enumerate(_slipped(ready, motion, at.z, gaps))
             for mine in [motion.owner == k]
         )
     f = at.deformation
@@ -207,12 +208,14 @@ def outcome(
     return new, report
 
 
-def _slipped(body: Body, state: BodyState, motion: Motion, z: Array) -> tuple[Grip, ...]:
-    out = []
-    for grip, tool, pose in zip(state.grips, motion.tools, motion.after, strict=True):
+def _slipped(ready: Ready, motion: Motion, z: Array, gaps: Array) -> tuple[Grip, ...]:
+    """Grips after the step; gaps (P, N) m of all near samples."""
+    out, body, width = [], ready.potential.body, ready.potential.options.contact_gap
+    for k, (grip, tool, pose) in enumerate(zip(ready.state.grips, motion.tools, motion.after, strict=True)):
         if tool.jaws is not None and len(grip.sample):
             springs = grip_springs(grip, body.samples, tool.jaws)
             points = body.sample_positions(z, grip.sample)
-            grip = slipped_grip(grip, points, pose, tool.jaws, *springs)
+            nearest = gaps[motion.owner == k][:, np.searchsorted(ready.samples, grip.sample)].min(axis=0)
+            grip = slipped_grip(grip, points, pose, tool.jaws, *springs, nearest, width)
         out.append(grip)
     return tuple(out)

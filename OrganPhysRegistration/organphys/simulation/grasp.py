@@ -15,7 +15,7 @@ from .body import Body
 from .contact_samples import ContactSamples
 from .friction import FrictionValue
 from .state import Grip, ToolPose
-from .tools import Jaws
+from .tools import Jaws, PlacedPart
 
 CAUGHT = 0.3  # radii deep
 EXPELLING = 0.02  # m/s: tissue that was let go inside a tool is pushed out so fast
@@ -29,13 +29,27 @@ def between_jaws(points: Array, pose: ToolPose, jaws: Jaws) -> NDArray[np.bool_]
     return inside & (z <= jaws.length + jaws.reach) & (np.abs(y) <= opening + jaws.reach)
 
 
-def updated_grip(grip: Grip, body: Body, z: Array, near: NDArray[np.int64], pose: ToolPose, jaws: Jaws) -> Grip:
+def updated_grip(
+    grip: Grip,
+    body: Body,
+    z: Array,
+    near: NDArray[np.int64],
+    pose: ToolPose,
+    jaws: Jaws,
+    parts: tuple[PlacedPart, ...],
+    width: float,
+) -> Grip:
     """The grip for the next step: taken when the jaws have closed, let go when they have opened.
 
-    ``near`` (k,): samples that may lie between the jaws; z (n, 3): coordinates of the body.
+    ``near`` (k,): samples that may lie between the jaws; z (n, 3): coordinates of the body; ``parts``: those of the
+    tool before the step; ``width`` m: within so much tissue is not free of them.
     """
     if grip.closed:
-        return _let_go(Grip(passing=grip.passing, allowed=grip.allowed), grip.sample) if _opened(pose, jaws) else grip
+        if pose.jaw_deg <= jaws.open_deg:
+            return grip
+        points = body.sample_positions(z, grip.sample)
+        gaps = np.stack([part.gap_and_normal(points)[0] for part in parts]).min(axis=0)
+        return _let_go(Grip(passing=grip.passing, allowed=grip.allowed), grip.sample, gaps, width)
     if pose.jaw_deg > jaws.close_deg:
         return grip
     points = body.sample_positions(z, near)
@@ -46,15 +60,13 @@ def updated_grip(grip: Grip, body: Body, z: Array, near: NDArray[np.int64], pose
     return Grip(near[held], anchor, area, True, grip.passing[free], grip.allowed[free])
 
 
-def _opened(pose: ToolPose, jaws: Jaws) -> bool:
-    return pose.jaw_deg > jaws.open_deg
-
-
-def _let_go(grip: Grip, samples: NDArray[np.int64]) -> Grip:
-    """The grip with ``samples`` (k,) passing as well, nothing pushing them before it is known how deep they are."""
-    passing = np.union1d(grip.passing, samples)
-    allowed = np.full(len(passing), np.inf)
+def _let_go(grip: Grip, samples: NDArray[np.int64], gaps: Array, width: float) -> Grip:
+    """The grip with those of ``samples`` (k,), at gaps (k,) m, passing as well that are inside the tool."""
+    inside = gaps < 0
+    passing = np.union1d(grip.passing, samples[inside])
+    allowed = np.zeros(len(passing))
     allowed[np.searchsorted(passing, grip.passing)] = grip.allowed
+    allowed[np.searchsorted(passing, samples[inside])] = width - gaps[inside]
     return replace(grip, passing=passing, allowed=allowed)
 
 
@@ -87,10 +99,13 @@ def grip_value(offset: Array, stiffness: Array, limit: Array) -> FrictionValue:
     return FrictionValue(float(energy.sum()), pull[:, None] * offset, pull[:, None, None] * np.eye(3) - bend)
 
 
-def slipped_grip(grip: Grip, points: Array, pose: ToolPose, jaws: Jaws, stiffness: Array, limit: Array) -> Grip:
+def slipped_grip(
+    grip: Grip, points: Array, pose: ToolPose, jaws: Jaws, stiffness: Array, limit: Array, gaps: Array, width: float
+) -> Grip:
     """The grip after a step: anchors of samples at points (k, 3) beyond their limit are drawn after them.
 
-    Samples whose anchor has left the jaws are lost and pass; the jaws stay closed.
+    Samples whose anchor has left the jaws are lost, and pass if they are inside the tool by their gaps (k,) m; the
+    jaws stay closed.
     """
     local = (points - pose.position) @ pose.rotation
     offset = local - grip.anchor
@@ -99,7 +114,7 @@ def slipped_grip(grip: Grip, points: Array, pose: ToolPose, jaws: Jaws, stiffnes
     drawn = np.maximum(1 - reach / np.maximum(length, 1e-30), 0.0)
     anchor = grip.anchor + drawn[:, None] * offset
     kept = (drawn == 0) | between_jaws(anchor @ pose.rotation.T + pose.position, pose, jaws)
-    return _let_go(replace(grip, sample=grip.sample[kept], anchor=anchor[kept]), grip.sample[~kept])
+    return _let_go(replace(grip, sample=grip.sample[kept], anchor=anchor[kept]), grip.sample[~kept], gaps[~kept], width)
 
 
 def passing_on(
