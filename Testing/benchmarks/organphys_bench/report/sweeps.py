@@ -15,6 +15,7 @@ from ..peers.methods import METHODS, OURS
 from ..runs.conditions import SWEEPS, Sweep
 from .plots import COLOURS, plain_numbers
 from .run_set import SUCCESS, Run, RunSet, number
+from .sweep_ratios import paired_ratios, ratio
 from .table import Table
 
 ENDLESS = 1e9  # in place of infinity, which percentiles cannot interpolate
@@ -22,11 +23,11 @@ ENDLESS = 1e9  # in place of infinity, which percentiles cannot interpolate
 
 @dataclass(frozen=True)
 class Curves:
-    """One sweep: ``ratios`` by method and level, the TRE over the best similarity's of every case and seed that all
-    methods have run at that level; infinite for a run without a result. ``commits``: of which the runs are;
-    ``told``: what OrganPhys's own verdict said of its failures."""
+    """One sweep: ``cases`` and ``ratios`` as of ``paired_ratios``; ``commits``: of which the runs are; ``told``: what
+    OrganPhys's own verdict said of its failures."""
 
     sweep: Sweep
+    cases: tuple[str, ...]
     ratios: dict[str, dict[float, Array]]
     commits: tuple[str, ...]
     told: str
@@ -45,9 +46,8 @@ class Curves:
             rows.append((f"{level:g}", str(len(next(iter(self.ratios.values()))[level])), *cells))
         return Table(
             f"Sweep: {self.sweep.name}", (self.sweep.label, "runs", *names), tuple(rows),
-            f"TRE over that of the best similarity; success: at most {SUCCESS:g}. Runs: cases and seeds, the same for "
-            f"every method; of commit {', '.join(self.commits)}. {self.told} "
-            f"{self.sweep.note}",
+            f"TRE over that of the best similarity; success: at most {SUCCESS:g}. Runs: of {', '.join(self.cases)}, "
+            f"the same for every method, commit {', '.join(self.commits)}. {self.told} {self.sweep.note}".rstrip(),
         )  # fmt: skip
 
     @property
@@ -83,41 +83,10 @@ def sweep_curves(runs: RunSet) -> list[Curves]:
     """Those sweeps that have run at two levels at least."""
     swept = {name: [run for run in runs.runs if run["condition"]["sweep"] == name] for name in SWEEPS}
     found = [
-        Curves(SWEEPS[name], _ratios(runs, SWEEPS[name]), _commits(of_sweep), _told(of_sweep))
+        Curves(SWEEPS[name], *paired_ratios(runs, SWEEPS[name]), _commits(of_sweep), _told(of_sweep))
         for name, of_sweep in swept.items()
     ]
     return [curves for curves in found if curves.ratios and len(curves.levels) > 1]
-
-
-Found = dict[tuple[str, float], dict[tuple[str, int], float]]
-"""Ratios by method and level, then by case and seed."""
-
-
-def _ratios(runs: RunSet, sweep: Sweep) -> dict[str, dict[float, Array]]:
-    found: Found = {}
-    for run in runs.runs:
-        condition = run["condition"]
-        if condition["sweep"] == sweep.name:
-            pairs = found.setdefault((run["method"], condition["level"]), {})
-            pairs[run["case"], condition["seed"]] = _ratio(run)
-    if sweep.added:
-        _add_cases_as_they_are(runs, found)
-    methods = [name for name in METHODS if any(name == method for method, _ in found)]
-    ratios: dict[str, dict[float, Array]] = {method: {} for method in methods}
-    for level in sorted({level for _, level in found}):
-        at_level = [found.get((method, level), {}) for method in methods]
-        if common := sorted(set.intersection(*map(set, at_level))):
-            for method, pairs in zip(methods, at_level, strict=True):
-                ratios[method][level] = np.array([pairs[pair] for pair in common])
-    return ratios
-
-
-def _add_cases_as_they_are(runs: RunSet, found: Found) -> None:
-    """Level 0: the baseline of the cases that the sweep has run."""
-    swept = {(method, case) for (method, _), pairs in found.items() for case, _ in pairs}
-    for (case, method), run in runs.baseline.items():
-        if (method, case) in swept:
-            found.setdefault((method, 0.0), {})[case, 0] = _ratio(run)
 
 
 def _commits(swept: Sequence[Run]) -> tuple[str, ...]:
@@ -127,13 +96,9 @@ def _commits(swept: Sequence[Run]) -> tuple[str, ...]:
 def _told(swept: Sequence[Run]) -> str:
     """How many of OrganPhys's failures its verdict trusts."""
     ours = [run for run in swept if run["method"] in OURS]
-    failed = [run for run in ours if _ratio(run) > SUCCESS]
+    failed = [run for run in ours if ratio(run) > SUCCESS]
     trusted = sum(run.get("facts", {}).get("verdict") == "trust" for run in failed)
     return f"OrganPhys fails in {len(failed)} of {len(ours)} runs, and says 'trust' in {trusted} of these."
-
-
-def _ratio(run: Run) -> float:
-    return float("inf") if run["failure"] else float(run["figures"]["ratio_to_oracle"])
 
 
 def _column_names(title: str) -> tuple[str, str]:
