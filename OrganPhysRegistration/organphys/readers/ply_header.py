@@ -83,15 +83,17 @@ def read_ply_header(path: str | Path) -> PlyHeader:
         raise InputError(f"{path}: the PLY header does not end within the first megabyte; the file is damaged or cut")
     newline = head.find(b"\n", end)
     size = newline + 1 if newline >= 0 else len(head)
-    header = _parse(path, head[:end].decode("ascii", errors="replace").splitlines(), size)
+    header = _parse(path, head[:end].split(b"\n"), size)
     _check_size(header)
     return header
 
 
-def _parse(path: Path, lines: list[str], size: int) -> PlyHeader:
+def _parse(path: Path, lines: list[bytes], size: int) -> PlyHeader:
+    """Lines end at LF alone and words at the white space of ASCII: Python's texts know more of both."""
     kind, comments, elements = "", [], []
-    for line in lines[1:]:
-        words = line.split()
+    for raw in lines[1:]:
+        words = [word.decode("ascii", errors="replace") for word in raw.split()]
+        line = raw.decode("ascii", errors="replace").strip()
         match words:
             case ["format", value, *_] if not kind:
                 kind = value
