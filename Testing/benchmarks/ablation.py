@@ -92,10 +92,10 @@ class Fit:
         organ = method.organ
         if settings.basis is not None:
             organ = reduce_organ(self.inputs.organ, method.samples, options=settings.basis, seed=self.seed)
+        prior = self._scale_of_start if settings.scale_held else self._scale_prior
         state, _ = register_elastically(
-            organ, settings.view(method.view), self.start,
-            scale_prior=self._scale_prior, options=settings.elastic,
-        )  # fmt: skip
+            organ, settings.view(method.view), self.start, scale_prior=prior, options=settings.elastic
+        )
         normalised = method.samples.normalisation.apply(truth.points_ct)
         mapped = state.pose.apply(normalised + organ.basis.phi(normalised) @ state.z)
         mapped = method.view.T_camera_scene.inverse().apply(mapped)
@@ -105,6 +105,9 @@ class Fit:
     def _scale_prior(self, start: Similarity) -> ScalePrior:
         unit = self.method.case.unit
         return scale_prior(start, unit_scale(unit, self.method.samples), unit)
+
+    def _scale_of_start(self, start: Similarity) -> ScalePrior:
+        return ScalePrior.of(start.scale / self.start.scale, 0)
 
 
 def _table(rows: dict[str, list[list[Result]]], names: Sequence[str]) -> str:
