@@ -20,7 +20,7 @@ def organ_problem(organ: RegisteredOrgan) -> str | None:
     if not _proper(similarity.rotation[None]):
         return "rotation"
     for name, value in _floats(organ):
-        if not np.isfinite(value).all():
+        if not np.isfinite(value).all() and name != ".uncertainty.freedom":  # infinite: a Gaussian
             return f"{name} not finite"
     if not organ.volume_ml > 0 or not organ.normalisation.length > 0 or not organ.mm_per_unit > 0:
         return "volume, length or unit"
