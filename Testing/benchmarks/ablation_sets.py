@@ -113,7 +113,7 @@ SETS = {
     "every 2nd splat sample": fewer_samples(2),
     "every 4th splat sample": fewer_samples(4),
     "a quarter of the organ samples": Settings(ElasticOptions(organ_points=550)),
-    "single centres, no patches": unsmoothed(),
+    "single centres without patches": unsmoothed(),
     "tissue held by tools kept": data(free_only=False),
     "data alike whatever is seen": Settings(ElasticOptions(seen_share=0.0)),
     "10 handles": basis(handles=10),
