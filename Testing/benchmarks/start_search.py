@@ -77,7 +77,7 @@ def found(inputs: CaseInputs, seed: int, stress: str | None) -> Start:
         inputs = STRESSES[stress](inputs, np.random.default_rng(seed))
     case = inputs.case(seed=seed, unit=False)
     method = DefaultMethod(organ_in_scene(case) if inputs.box is None else case)
-    organ, view = method.organ, method.view
+    organ, view = method.rough_organ, method.view
     begin = perf_counter()
     starts = method.coarse(no_progress).starts
     searched = perf_counter()
