@@ -41,6 +41,7 @@ class ElasticLevel:
 
 
 SHORT = (ElasticLevel(0.4, 0.15, 5, 0.0), ElasticLevel(0.1, 0.12, 5, 0.0), ElasticLevel(0.04, 0.09, 5, 0.0))
+SEEN_TAU = 0.15  # depth gate of the share that is seen: the same whichever levels are still to be run
 TOO_LITTLE = 1e-3  # mean robust weight of the matches under which organ and splat do not meet at all
 
 
@@ -166,7 +167,7 @@ def _stiffer(organ: ReducedOrgan, view: SplatView, start: Similarity, options: E
     """Factor of alpha, 1 or more. The data are means over what is seen, the prior is one over the whole organ: they
     keep their proportion per area when the data weigh by the share that is seen."""
     shape = Deformed(organ.samples.points, organ.samples.normals, 1.0, start)
-    seen = float(visibility(shape, view, options.levels[0].tau).front.mean())
+    seen = float(visibility(shape, view, SEEN_TAU).front.mean())
     return max(1.0, options.seen_share / max(seen, 0.01))
 
 
