@@ -8,6 +8,7 @@ from simulation_examples import BOTTOM, SIZE, box_body
 
 from organphys.ground.checks import InputError
 from organphys.ground.solve_report import Stop
+from organphys.simulation.advance import Motion, prepared
 from organphys.simulation.grasp import allowed_at_anchors, passing_on
 from organphys.simulation.local_detail import LocalDetail
 from organphys.simulation.near_tools import near_samples, stretches
@@ -16,6 +17,7 @@ from organphys.simulation.options import SimulationOptions, gravity_along
 from organphys.simulation.scene import Scene
 from organphys.simulation.session import Simulation
 from organphys.simulation.state import Grip, ToolPose
+from organphys.simulation.tool_reach import tool_reach
 from organphys.simulation.tools import Jaws, gripper, place, probe
 
 POINTING_DOWN = np.diag([1.0, -1.0, -1.0])
@@ -220,3 +222,17 @@ def test_local_functions_follow_the_contact_without_pushing_tissue_into_the_tool
     forces = np.array([np.linalg.norm(r.forces[0].force) for r in reports])
     assert np.abs(np.diff(forces)).max() < 0.5 * forces.max()
     assert min(r.bodies[0].min_det for r in reports) > 0.2
+
+
+def test_the_bend_of_a_tool_softens_what_it_touches_but_not_what_is_inside_it():
+    body, at = box_body(BOTTOM), pose(z=TOP - 0.0012)
+    scene = Scene((body,), (probe(),), OPTIONS)
+    state, motion = scene.initial_state(at).bodies[0], Motion(scene.tools, (at,), (at,), scene.part_owner)
+    reach = tool_reach(body, state, motion.new, 0.0, OPTIONS, 1 / 60)
+    terms = prepared(body, state, motion, OPTIONS, 1 / 60, reach).potential.contact
+    value = terms.value(state.z)
+    softest = np.linalg.eigvalsh(terms.whole_blocks(state.z, value))[:, 0]
+    gap = terms.gaps(terms.start)[0].min(axis=0)
+    inside, touched = gap < 0, (gap >= 0) & (gap < terms.width)
+    assert inside.any() and touched.any()
+    assert (softest[inside] >= -1e-9).all() and (softest[touched] < 0).all()

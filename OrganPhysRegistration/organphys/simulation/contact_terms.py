@@ -40,11 +40,13 @@ class Held(NamedTuple):
 
 class ContactValue(NamedTuple):
     """Energy J; pull (N, 3) N: gradient by sample position; blocks (N, 3, 3) N/m: its derivative, without the bend of
-    the tools' surfaces, so positive semi-definite; press (P, N) N along normals (P, N, 3), and the other forces."""
+    the tools' surfaces, so positive semi-definite; gap (P, N) m that pushes, so beside what is allowed; press (P, N) N
+    along normals (P, N, 3), and the other forces."""
 
     energy: float
     pull: Array
     blocks: Array
+    gap: Array
     press: Array
     normals: Array
     stick_pull: Array
@@ -92,7 +94,8 @@ class ContactTerms:
         """Energy and derivatives at Z (n, 3)."""
         x = self.positions(z)
         gap, normals = self.gaps(x)
-        pushed = barrier(gap + self.allowed, self.width, self.pressure)
+        gap = gap + self.allowed
+        pushed = barrier(gap, self.width, self.pressure)
         energy, slope, curvature = (term * self.areas for term in pushed)
         pull = np.einsum("pn,pna->na", slope, normals)
         blocks = np.einsum("pn,pna,pnb->nab", curvature, normals, normals)
@@ -107,7 +110,7 @@ class ContactTerms:
             blocks[held.row] += spring.blocks
             total += spring.energy
             grips.append(spring.gradient)
-        return ContactValue(total, pull, blocks, -slope, normals, rubbed.gradient, tuple(grips))
+        return ContactValue(total, pull, blocks, gap, -slope, normals, rubbed.gradient, tuple(grips))
 
     def firmer(self, z: Array, value: ContactValue, change: Array) -> ContactValue | None:
         """The value at Z with stiffer blocks where ``change`` (n, 3) would turn friction round; None: nowhere."""
@@ -127,10 +130,14 @@ class ContactTerms:
         return slip
 
     def whole_blocks(self, z: Array, value: ContactValue) -> Array:
-        """The blocks (N, 3, 3) with the bend of the tools' surfaces, which softens: they may be indefinite."""
+        """The blocks (N, 3, 3) with the bend of the tools' surfaces, which softens: they may be indefinite.
+
+        Without it for tissue inside a tool, where Newton may begin but does not end: it is pressed so hard there that
+        the bend can outweigh all that resists a way along the surface, which cuts conjugate gradients off at once.
+        """
         x, blocks = self.positions(z), value.blocks.copy()
-        for part, press in zip(self.new, value.press, strict=True):
-            touched = np.flatnonzero(press)
+        for part, gap, press in zip(self.new, value.gap, value.press, strict=True):
+            touched = np.flatnonzero((press > 0) & (gap >= 0))
             blocks[touched] -= press[touched, None, None] * part.bend(x[touched])
         return blocks
 
