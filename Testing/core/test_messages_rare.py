@@ -153,7 +153,7 @@ def test_tissue_that_slips(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_requests_too_early_or_into_nowhere(tmp_path: Path) -> None:
     requests = Requests(None, tmp_path)  # type: ignore[arg-type]
-    requests._session = SimpleNamespace(registration=SimpleNamespace(organ=None))  # type: ignore[assignment]
+    requests._session = SimpleNamespace(registration=SimpleNamespace(organ=None), settle=lambda progress: None)  # type: ignore[assignment]
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match="grids: the elastic stage has not been run yet"):
         requests._grids(SimpleNamespace(fields={}), lambda *_: None)  # type: ignore[arg-type]

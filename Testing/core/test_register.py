@@ -7,6 +7,7 @@ import pytest
 from scene_examples import FRONT_CT, MM_PER_UNIT, POSE, bend, bumpy_organ, map_error, seen_from_camera
 from session_examples import small_problem
 
+from organphys.elastic.joint_scale import ScalePrior
 from organphys.ground.checks import InputError
 from organphys.ground.frames import Similarity, rotation_about
 from organphys.ground.progress import Cancelled
@@ -14,7 +15,7 @@ from organphys.pipeline.landmark_checks import checked_landmarks
 from organphys.pipeline.register import register
 from organphys.pipeline.registration import RegisterOptions
 from organphys.pipeline.result_notices import SurfaceState, result_notices
-from organphys.pipeline.scale_checks import scale_prior, unit_notices, unit_scale
+from organphys.pipeline.scale_checks import SWELLING, scale_prior, unit_notices, unit_scale
 from organphys.pipeline.scene import select_scene
 from organphys.points.point_sets import Box, GaussianCloud, Landmarks, SceneUnit
 from organphys.points.surface_samples import sample_surface
@@ -149,9 +150,9 @@ def test_metrics_have_units_and_tell_progress(result, with_landmarks):
     assert abs(result.metrics["elastic"]["volume_drift"]["value"]) < 3
 
 
-def test_exact_unit_pins_the_scale(with_landmarks, seen):
+def test_exact_unit_holds_the_scale_to_the_organs_own_percent(with_landmarks, seen):
     found, _ = with_landmarks
-    assert 1 / found.organ.T_scene_ct.scale == pytest.approx(MM_PER_UNIT, rel=1e-5)
+    assert 1 / found.organ.T_scene_ct.scale == pytest.approx(MM_PER_UNIT, rel=SWELLING / 100)
     assert found.organ.mm_per_scene_unit == MM_PER_UNIT
     for stage in ("coarse", "rigid"):  # the search already keeps to it
         assert found.similarities[stage].scale == pytest.approx(1 / MM_PER_UNIT)
@@ -251,7 +252,9 @@ def test_unit_as_prior_of_the_scale(organ):
     start = Similarity(1.1 * expected, np.eye(3), np.zeros(3))
     prior = scale_prior(start, expected, unit)
     assert start.scale / prior.gamma == pytest.approx(expected) and 0 < prior.weight < np.inf
-    assert scale_prior(start, expected, SceneUnit(20.0)).weight == np.inf
+    exact = scale_prior(start, expected, SceneUnit(20.0))
+    assert exact.weight == pytest.approx(ScalePrior.of(1.1, SWELLING).weight)
+    assert prior.weight == pytest.approx(exact.weight / (1 + (4 / SWELLING) ** 2))
     assert unit_scale(None, samples) is None and scale_prior(start, None, None).weight == 0
 
 

@@ -39,6 +39,10 @@ class Fault:
     at: float
 
 
+BLOCKS = (100_000, 10_000, 1000, 300)  # bytes; larger ones are mapped one by one, and given back when freed
+_HELD: list[bytes] = []
+
+
 def arm(fault: Fault, folder: Path) -> None:
     """Make ready for the fault; for the child process, which does not outlive the command. ``folder``: of outputs."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -46,11 +50,24 @@ def arm(fault: Fault, folder: Path) -> None:
         signal.signal(signal.SIGXFSZ, signal.SIG_DFL if fault.kind == "half" else signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (int(fault.at), int(fault.at)))
     elif fault.kind.startswith("memory"):
-        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (used + int(fault.at), used + int(fault.at)))
+        _fill_the_heap()
+        limit = _address_space() + int(fault.at)
+        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     elif fault.kind in ("kill", "full", "interrupt", "two at once"):
         events = EVENTS - GIVING if fault.kind == "full" else EVENTS
         at_event(folder, int(fault.at), _ACTS[fault.kind], events)
+
+
+def _fill_the_heap() -> None:
+    """Take what was freed before and is still the process's own, which no limit would reach."""
+    for size in BLOCKS:
+        used = _address_space()
+        while _address_space() == used:
+            _HELD.extend(bytes(size) for _ in range(50))
+
+
+def _address_space() -> int:
+    return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
 
 
 def counter(folder: Path) -> Callable[[], int]:
