@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +16,7 @@ if sys.platform != "linux":
 sys.path.append(str(Path(__file__).resolve().parents[1] / "faults"))
 
 from commands import Commands
-from injected import MEGABYTE, Fault
+from injected import Fault
 from outputs import FOREIGN, OLDER, write_older
 from trial import Ended, Size, judged, measured, run_trial
 
@@ -25,6 +26,7 @@ from organphys.ground.checks import InputError
 from organphys.pipeline import command_line, output_folder
 from organphys.pipeline.output_folder import whole_or_nothing
 
+FAULTS = Path(__file__).resolve().parents[1] / "faults"
 NAMES = ("export", "frames")  # register and simulate take longer: they are in the campaign
 
 
@@ -82,12 +84,11 @@ def test_a_write_that_stops_in_a_file(
     assert verdict == type(verdict)("killed" if kind == "half" else "told", "older")
 
 
-@pytest.mark.parametrize("megabytes", [0.3, 3, 10])
-def test_little_memory(commands: Commands, sizes: dict[str, Size], tmp_path: Path, megabytes: float) -> None:
+def test_little_memory(tmp_path: Path) -> None:
     """Left for a whole command, computing included: told in one line, the older results stay."""
-    fault = Fault("memory, whole", megabytes * MEGABYTE)
-    verdict = run_trial(commands, sizes["frames"].names, "frames", fault, tmp_path, older=True)
-    assert verdict == type(verdict)("told", "older")
+    command = [sys.executable, str(FAULTS / "little_memory.py"), str(tmp_path), "0.3", "3", "10"]
+    found = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert [line.split() for line in found.stdout.splitlines()] == [["told", "older"]] * 3, found.stdout
 
 
 def test_the_harness_sees_debris_mixtures_and_tracebacks() -> None:
