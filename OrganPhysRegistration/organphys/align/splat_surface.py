@@ -34,6 +34,10 @@ class SplatSurfaceOptions:
     patch: float = 0.0025
     fewest_in_patch: int = 60
 
+    def in_patch(self, count: int) -> int:
+        """Points of a patch where there are ``count`` in all."""
+        return max(self.fewest_in_patch, round(self.patch * count))
+
 
 @dataclass(frozen=True)
 class SplatSurface:
@@ -70,28 +74,32 @@ class SplatSurface:
 def splat_surface(centres: Array, *, options: SplatSurfaceOptions | None = None, seed: int = 0) -> SplatSurface:
     """Clean, orient and thin opaque Gaussian centres (N, 3), camera frame. InputError if hardly any are left."""
     options = options or SplatSurfaceOptions()
+    points, spacing = cleaned_centres(centres, options, seed)
+    normals = towards_camera(points, plane_normals(points, options.normal_neighbours))
+    dense, dense_normals = _neighbourhood(centres, points, normals, spacing, options.dense, seed)
+    count = min(options.samples, len(dense) // 3)  # a sparse splat needs larger cells, or each would hold one point
+    samples, sample_normals = cell_averages(dense, dense_normals, count)
+    samples, sample_normals = on_patches(points, samples, sample_normals, neighbours=options.in_patch(len(points)))
+    sample_normals = towards_camera(samples, sample_normals)
+    return SplatSurface(points, normals, samples, sample_normals, spacing, rms_radius(points))
+
+
+def cleaned_centres(centres: Array, options: SplatSurfaceOptions, seed: int) -> tuple[Array, float]:
+    """Cleaned points (C, 3) of the centres (N, 3) and their spacing. InputError where too few are left."""
     points = centres[random_subset(len(centres), options.centres, seed)].astype(np.float64)
     cleaning = clean_points(points, options=options.cleaning)
     points = points[cleaning.keep]
-    checked_count(points, options)
-    normals = towards_camera(points, plane_normals(points, options.normal_neighbours))
-    dense, dense_normals = _neighbourhood(centres, points, normals, cleaning.spacing, options.dense, seed)
-    count = min(options.samples, len(dense) // 3)  # a sparse splat needs larger cells, or each would hold one point
-    samples, sample_normals = cell_averages(dense, dense_normals, count)
-    neighbours = max(options.fewest_in_patch, round(options.patch * len(points)))
-    samples, sample_normals = on_patches(points, samples, sample_normals, neighbours=neighbours)
-    sample_normals = towards_camera(samples, sample_normals)
-    radius = float(np.sqrt(((points - points.mean(0)) ** 2).sum(1).mean()))
-    return SplatSurface(points, normals, samples, sample_normals, cleaning.spacing, radius)
-
-
-def checked_count(points: Array, options: SplatSurfaceOptions) -> None:
-    """InputError where the points (N, 3) are too few for a surface."""
     if len(points) < 4 * options.normal_neighbours:
         raise InputError(
             f"splat: only {len(points)} opaque Gaussians form a surface; "
             "lower the opacity threshold, widen the ROI or check the file"
         )
+    return points, cleaning.spacing
+
+
+def rms_radius(points: Array) -> float:
+    """Root mean square distance of points (N, 3) from their centroid."""
+    return float(np.sqrt(((points - points.mean(0)) ** 2).sum(1).mean()))
 
 
 def _neighbourhood(
@@ -123,7 +131,7 @@ def cell_averages(points: Array, normals: Array, count: int) -> tuple[Array, Arr
 
     Cells with less than a quarter of the mean number of points are left out: they are the noisiest.
     """
-    cell = float(np.sqrt(((points - points.mean(0)) ** 2).sum(1).mean()) / 25)
+    cell = rms_radius(points) / 25
     for _ in range(12):
         keys = cell_keys(points, cell)
         occupied = len(np.unique(keys))
