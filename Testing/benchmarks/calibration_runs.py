@@ -16,6 +16,7 @@ from organphys.ground.progress import no_progress
 from organphys.pipeline.default_method import DefaultMethod
 from organphys.pipeline.evaluation import errors_mm
 from organphys.pipeline.sample_case import write_sample_case
+from organphys.pipeline.scale_checks import scale_percent
 
 
 @dataclass(frozen=True)
@@ -73,12 +74,13 @@ def _runs(folder: Path, name: str, seeds: Sequence[int], units: Sequence[bool], 
 
 
 def _run(inputs: CaseInputs, name: str, seed: int, unit: bool) -> Run:
-    method = DefaultMethod(inputs.case(seed=seed, unit=unit), quick=True)  # the mirror image is not asked for here
+    method = DefaultMethod(inputs.case(seed=seed, unit=unit))
     coarse = method.coarse(no_progress)
     result = method.elastic(coarse, method.rigid(coarse, None, no_progress), None, no_progress).result
     pose = method.view.T_camera_scene @ result.T_scene_ct @ result.normalisation.T_ct_normalised
     state = ElasticState(result.z, 1.0, pose)
-    terms = posterior_terms(method.organ, method.view, state, scale_percent=0.0 if unit else None)
+    percent = None if method.case.unit is None else scale_percent(method.case.unit)
+    terms = posterior_terms(method.organ, method.view, state, scale_percent=percent)
     truth, x = inputs.truth, result.normalisation.apply(inputs.truth.points_ct)
     phi = result.basis.phi(x)
     error = errors_mm(truth, result.map_points(truth.points_ct))
