@@ -11,9 +11,9 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     from bench_examples import KEY
 
     from organphys.pipeline.sample_case import write_sample_case
-    from organphys_bench.runs.pool import run_one
+    from organphys_bench.runs.pool import run_group
 
     root = tmp_path_factory.mktemp("bench")
     write_sample_case(root / "cases" / "tiny", size="small")
-    assert run_one(KEY, root / "cases" / "tiny", KEY.path(root / "out")) == "done"
+    assert run_group([KEY], root / "cases" / "tiny", root / "out") == {KEY: "done"}
     return root / "cases", root / "out"

@@ -56,28 +56,48 @@ def test_the_report_stands_alone_and_names_where_we_are_behind(finished, tmp_pat
     assert "picture" not in record["runs"][0]
 
 
-def test_curves_are_of_the_same_cases_and_seeds_for_every_method(finished):
-    run = read_runs(finished[1])[0]
-    levels = {"rigid_icp": {5: 1.0, 10: 1.5, 20: 9.0}, "organphys": {5: 0.5, 10: 9.0}}
-    swept = [
-        better(run, method, factor) | {"condition": vars(Condition("outliers", level, seed))}
+def swept_runs(run, sweep, levels, seeds):
+    """Runs of ``sweep`` made of ``run``: {method: {level: factor}} and {method: seeds}."""
+    return [
+        better(run, method, factor) | {"condition": vars(Condition(sweep, level, seed))}
         for method, factors in levels.items()
         for level, factor in factors.items()
-        for seed in ((0, 1) if method == "organphys" else (0,))
+        for seed in seeds[method]
     ]
+
+
+def test_curves_are_of_the_same_cases_for_every_method(finished):
+    run = read_runs(finished[1])[0]
+    levels = {"rigid_icp": {5: 1.0, 10: 1.5}, "organphys": {5: 0.5, 10: 9.0}}
+    swept = swept_runs(run, "outliers", levels, {"rigid_icp": (0,), "organphys": (0, 1)})
     begun = [one | {"case": "begun"} for one in swept if one["condition"]["level"] == 5]
     (curves,) = sweep_curves(RunSet([run, better(run, "organphys", 0.5), *swept, *begun]))
     assert curves.cases == ("tiny",)
     as_it_is = run["figures"]["ratio_to_oracle"]
     assert curves.levels == [0.0, 5, 10]
     assert np.allclose([v for (v,) in curves.ratios["rigid_icp"].values()], as_it_is * np.array([1, 1, 1.5]))
-    assert np.allclose([v for (v,) in curves.ratios["organphys"].values()], as_it_is * np.array([0.5, 0.5, 9]))
-    last = curves.table.rows[-1]
-    assert last[:2] == ("10", "1")
-    assert last[-1] == "0"
+    ours = curves.ratios["organphys"]
+    assert [len(values) for values in ours.values()] == [1, 2, 2]
+    assert np.allclose([values[0] for values in ours.values()], as_it_is * np.array([0.5, 0.5, 9]))
+    assert [row[1] for row in curves.table.rows] == ["1", "1 or 2"]
+    assert curves.table.rows[1][-1].endswith(" / 0 %")
     assert "OrganPhys fails in 2 of 6 runs, and says 'trust' in 0 of these." in curves.table.note
     failed = [one | ({"failure": "no"} if one["method"] == "organphys" else {}) for one in swept]
-    assert sweep_curves(RunSet(failed))[0].table.rows[0][-2:] == ("-", "0")
+    assert sweep_curves(RunSet(failed))[0].table.rows[1][-2:] == ("- / 0 %", "- / 0 %")
+
+
+def test_a_method_that_lacks_a_case_has_no_curve_and_a_seed_that_lacks_one_does_not_count(finished):
+    run = read_runs(finished[1])[0]
+    levels = {"rigid_icp": {3.0: 1.0, 6.0: 1.0}, "organphys": {3.0: 0.5, 6.0: 0.5}}
+    of_a, of_b = (
+        [one | {"case": case} for one in swept_runs(run, "landmarks", levels, {"rigid_icp": (0,), "organphys": seeds})]
+        for case, seeds in (("a", (0, 1)), ("b", (0,)))
+    )
+    (both,) = sweep_curves(RunSet([*of_a, *of_b]))
+    assert {method: len(by_level[3.0]) for method, by_level in both.ratios.items()} == {"rigid_icp": 2, "organphys": 2}
+    (ours,) = sweep_curves(RunSet([*of_a, *(one for one in of_b if one["method"] == "organphys")]))
+    assert ours.cases == ("a", "b")
+    assert list(ours.ratios) == ["organphys"]
 
 
 def test_a_curve_has_settled_where_it_stays_near_its_last_value():

@@ -11,7 +11,7 @@ from organphys.ground.checks import InputError
 from organphys_bench import command_line
 from organphys_bench.runs.case_folders import case_folders
 from organphys_bench.runs.conditions import SWEEPS, Condition, full_conditions
-from organphys_bench.runs.pool import run_all, run_one
+from organphys_bench.runs.pool import groups, run_all, run_group
 from organphys_bench.runs.run_file import RunKey, read_runs, write_run
 
 
@@ -29,9 +29,14 @@ def test_a_run_holds_every_figure(finished):
     assert run["peak_memory_mb"] is None or run["peak_memory_mb"] > 50
 
 
+def noted(asked):
+    """In place of ``run_group``: notes the runs it is asked for."""
+    return lambda group, *_: asked.extend(group) or dict.fromkeys(group, "done")
+
+
 def test_what_has_run_is_not_run_again(finished, monkeypatch):
     said, asked = [], []
-    monkeypatch.setattr("organphys_bench.runs.pool.run_one", lambda key, *_: asked.append(key) or "done")
+    monkeypatch.setattr("organphys_bench.runs.pool.run_group", noted(asked))
     other = RunKey("tiny", "similarity_icp", Condition())
     run_all([KEY, other], {"tiny": finished[0] / "tiny"}, finished[1], jobs=1, tell=said.append)
     assert asked == [other]
@@ -52,12 +57,43 @@ def test_a_method_that_dies_is_a_failure_and_a_kill_is_not(tmp_path, monkeypatch
     ended = SimpleNamespace(returncode=1, stderr="Traceback\nValueError: no\n")
     monkeypatch.setattr("organphys_bench.runs.pool.subprocess.run", lambda *_, **__: ended)
     monkeypatch.setattr("organphys_bench.runs.run_file.commit", lambda: "none")
-    assert "ValueError: no" in run_one(KEY, tmp_path, path)
+    assert "ValueError: no" in run_group([KEY], tmp_path, tmp_path)[KEY]
     assert json.loads(path.read_text(encoding="utf-8"))["failure"] == "ValueError: no"
     path.unlink()
     ended.returncode = -2
-    run_one(KEY, tmp_path, path)
+    assert run_group([KEY], tmp_path, tmp_path) == {KEY: "killed, not written down"}
     assert not path.exists()
+
+
+def test_a_method_that_dies_takes_no_neighbour_with_it(tmp_path, monkeypatch):
+    keys = [RunKey("tiny", method, Condition("noise", 0.3, 0)) for method in ("rigid_icp", "amberg", "organphys")]
+
+    def process(command, **_):
+        for method in command[-3].split(","):
+            if method == "amberg":
+                return SimpleNamespace(returncode=1, stderr="MemoryError\n")
+            key = RunKey("tiny", method, Condition("noise", 0.3, 0))
+            write_run(key.path(tmp_path), key, {"failure": ""})
+        return SimpleNamespace(returncode=0, stderr="")
+
+    monkeypatch.setattr("organphys_bench.runs.pool.subprocess.run", process)
+    monkeypatch.setattr("organphys_bench.runs.run_file.commit", lambda: "none")
+    words = run_group(keys, tmp_path, tmp_path)
+    assert [words[key] for key in keys] == ["done", "failed, MemoryError", "done"]
+
+
+def test_runs_of_one_condition_share_a_process_and_those_of_the_baseline_do_not(finished, tmp_path):
+    keys = [
+        RunKey("tiny", method, condition)
+        for condition in (Condition(), Condition("noise", 0.3, 0), Condition("noise", 0.6, 0))
+        for method in ("rigid_icp", "similarity_icp")
+    ]
+    assert [len(group) for group in groups(keys)] == [1, 1, 2, 2]
+    words = run_group(keys[2:4], finished[0] / "tiny", tmp_path)
+    assert set(words.values()) == {"done"}
+    run = read_runs(tmp_path)[0]
+    assert run["figures"]["ratio_to_oracle"] > 0
+    assert "seconds" not in run
 
 
 def test_conditions_go_to_text_and_back():
@@ -147,6 +183,16 @@ def test_the_plan_is_the_baseline_method_by_method_then_the_sweeps():
     assert [key.condition.seed for key in keys] == sorted(key.condition.seed for key in keys)
 
 
+def test_the_sweeps_run_quick_methods_before_slow_ones_and_these_with_fewer_seeds():
+    methods = ("rigid_icp", "coherent_drift", "organphys")
+    keys = plan("--methods", "", "--full", "--sweeps", "landmarks", "--sweep-methods", ",".join(methods))
+    levels = len(SWEEPS["landmarks"].levels)
+    assert [key.method for key in keys[: 4 * levels : 2]] == ["rigid_icp"] * 2 * levels
+    assert {key.method for key in keys[4 * levels : 6 * levels]} == {"coherent_drift"}
+    assert [sum(key.method == method for key in keys) for method in methods] == [20 * levels, 6 * levels, 20 * levels]
+    assert [len(group) for group in groups(keys)[: 3 * levels]] == [2] * 2 * levels + [1] * levels
+
+
 def test_the_plan_can_be_a_part_of_it():
     keys = plan("--methods", "", "--full", "--sweeps", "landmarks", "--sweep-cases", "b")
     assert {(key.case, key.condition.sweep) for key in keys} == {("b", "landmarks")}
@@ -160,7 +206,7 @@ def test_the_plan_can_be_a_part_of_it():
 
 def test_no_run_begins_when_the_minutes_are_over(tmp_path, monkeypatch):
     said, asked = [], []
-    monkeypatch.setattr("organphys_bench.runs.pool.run_one", lambda key, *_: asked.append(key) or "done")
+    monkeypatch.setattr("organphys_bench.runs.pool.run_group", noted(asked))
     run_all([KEY], {"tiny": tmp_path}, tmp_path, jobs=1, minutes=-1.0, tell=said.append)
     assert asked == []
     assert said == ["1 runs are left for another time: -1 minutes are over"]

@@ -28,7 +28,7 @@ from .runs.run_file import RunKey, read_runs
 
 EXTRA = {"pycpd": "pycpd", "trimesh": "trimesh", "pytetwild": "pytetwild", "pyvista": "pyvista", "meshio": "meshio"}
 USUAL = ",".join(name for name in METHODS if name != "fem_icp_fine")  # which takes as long as several others
-SWEPT = "similarity_icp,organphys"
+SWEPT = "rigid_icp,similarity_icp,coherent_drift,amberg,organphys"  # the others take 10 to 30 s a run
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -115,12 +115,28 @@ def _chosen(text: str, known: list[str], kind: str) -> list[str]:
 
 
 def planned(options: argparse.Namespace, every: dict[str, Path]) -> list[RunKey]:
-    """The baseline first, method by method, then the sweeps, one seed of everything after the other: what has run when
-    it is stopped makes whole tables and curves."""
+    """The baseline first, method by method, then the sweeps, one seed of everything after the other, quick methods
+    before slow ones: what has run when it is stopped makes whole tables and curves."""
     cases, swept = (chosen_cases(text, list(every)) for text in (options.only, options.sweep_cases))
     keys = [RunKey(case, method, Condition()) for method in chosen_methods(options.methods) for case in cases]
     if options.full:
         conditions, methods = full_conditions(chosen_sweeps(options.sweeps)), chosen_methods(options.sweep_methods)
         cases = [case for case in cases if case in swept]
-        keys += [RunKey(case, method, condition) for condition in conditions for case in cases for method in methods]
+        keys += sweep_keys(conditions, cases, methods)
     return keys
+
+
+def sweep_keys(conditions: list[Condition], cases: list[str], methods: list[str]) -> list[RunKey]:
+    """In the order of the conditions' seeds, then of how many seeds the methods run; neighbours: one case and
+    condition, several methods."""
+    order = sorted({condition.seed for condition in conditions})
+    ranks = sorted({METHODS[method].sweep_seeds for method in methods}, reverse=True)
+    return [
+        RunKey(case, method, condition)
+        for seed in order
+        for rank in ranks
+        for condition in conditions
+        for case in cases
+        for method in methods
+        if condition.seed == seed < rank == METHODS[method].sweep_seeds
+    ]

@@ -14,27 +14,43 @@ Found = dict[tuple[str, float], dict[tuple[str, int], float]]
 """Ratios by method and level, then by case and seed."""
 
 
-def paired_ratios(runs: RunSet, sweep: Sweep) -> tuple[tuple[str, ...], dict[str, dict[float, Array]]]:
-    """Names of the cases; and by method and level the TRE over the best similarity's of every seed of these that all
-    methods have run there, infinite for a run without a result. A case without all levels is left out, so that no curve
-    changes its cases on the way."""
+def complete_ratios(runs: RunSet, sweep: Sweep) -> tuple[tuple[str, ...], dict[str, dict[float, Array]]]:
+    """Names of the cases; and by method and level the TRE over the best similarity's, infinite for a run without a
+    result. Of the cases that a method has run at every level with seed 0, the most that any has; methods that lack one
+    of these are left out, and so is a seed that a method has not run on all of them at every level: no curve changes
+    its cases on the way, nor from one method to another."""
     found = _found(runs, sweep)
     methods = [name for name in METHODS if any(name == method for method, _ in found)]
     levels = sorted({level for _, level in found})
-    common = {level: set.intersection(*(set(found.get((m, level), ())) for m in methods)) for level in levels}
-    common = {level: pairs for level, pairs in common.items() if pairs}
-    cases = set.intersection(*({case for case, _ in pairs} for pairs in common.values())) if common else set()
-    ratios: dict[str, dict[float, Array]] = {method: {} for method in methods if cases}
-    for level, pairs in common.items():
-        kept = sorted(pair for pair in pairs if pair[0] in cases)
-        for method in ratios:
-            ratios[method][level] = np.array([found[method, level][pair] for pair in kept])
+    done = {m: set.intersection(*(_cases(found.get((m, level), {}), 0) for level in levels)) for m in methods}
+    cases = max(done.values(), key=len, default=set())
+    ratios: dict[str, dict[float, Array]] = {}
+    for method in methods if cases else ():
+        if cases <= done[method]:
+            of_level = {level: found[method, level] for level in levels}
+            seeds = _seeds(of_level, cases, skipped=0.0 if sweep.added else None)
+            ratios[method] = {level: _values(of_level[level], cases, seeds) for level in levels}
     return tuple(sorted(cases)), ratios
 
 
 def ratio(run: Run) -> float:
     """TRE over that of the best similarity."""
     return float("inf") if run["failure"] else float(run["figures"]["ratio_to_oracle"])
+
+
+def _cases(pairs: dict[tuple[str, int], float], seed: int) -> set[str]:
+    return {case for case, its_seed in pairs if its_seed == seed}
+
+
+def _seeds(of_level: dict[float, dict[tuple[str, int], float]], cases: set[str], skipped: float | None) -> list[int]:
+    """Those that have run on all ``cases`` at every level but ``skipped``, which has one seed only."""
+    swept = [pairs for level, pairs in of_level.items() if level != skipped]
+    every = {seed for pairs in swept for _, seed in pairs}
+    return sorted(seed for seed in every if all(cases <= _cases(pairs, seed) for pairs in swept))
+
+
+def _values(pairs: dict[tuple[str, int], float], cases: set[str], seeds: list[int]) -> Array:
+    return np.array([pairs[pair] for pair in sorted(pairs) if pair[0] in cases and pair[1] in seeds])
 
 
 def _found(runs: RunSet, sweep: Sweep) -> Found:

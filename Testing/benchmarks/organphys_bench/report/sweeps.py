@@ -15,7 +15,7 @@ from ..peers.methods import METHODS, OURS
 from ..runs.conditions import SWEEPS, Sweep
 from .plots import COLOURS, plain_numbers
 from .run_set import SUCCESS, Run, RunSet, number
-from .sweep_ratios import paired_ratios, ratio
+from .sweep_ratios import complete_ratios, ratio
 from .table import Table
 
 ENDLESS = 1e9  # in place of infinity, which percentiles cannot interpolate
@@ -23,7 +23,7 @@ ENDLESS = 1e9  # in place of infinity, which percentiles cannot interpolate
 
 @dataclass(frozen=True)
 class Curves:
-    """One sweep: ``cases`` and ``ratios`` as of ``paired_ratios``; ``commits``: of which the runs are; ``told``: what
+    """One sweep: ``cases`` and ``ratios`` as of ``complete_ratios``; ``commits``: of which the runs are; ``told``: what
     OrganPhys's own verdict said of its failures."""
 
     sweep: Sweep
@@ -38,28 +38,29 @@ class Curves:
 
     @property
     def table(self) -> Table:
-        """A row per level."""
-        names = [part for method in self.ratios for part in _column_names(METHODS[method].title)]
-        rows = []
-        for level in self.levels:
-            cells = [cell for values in self.ratios.values() for cell in _cells(values[level])]
-            rows.append((f"{level:g}", str(len(next(iter(self.ratios.values()))[level])), *cells))
+        """A row per method: at every level the median ratio and the share that succeeds."""
+        head = ("method", "runs a level", *(f"{level:g}" for level in self.levels))
+        rows = tuple(
+            (METHODS[method].title, _count(list(by_level.values())), *(_cell(values) for values in by_level.values()))
+            for method, by_level in self.ratios.items()
+        )
         return Table(
-            f"Sweep: {self.sweep.name}", (self.sweep.label, "runs", *names), tuple(rows),
-            f"TRE over that of the best similarity; success: at most {SUCCESS:g}. Runs: of {', '.join(self.cases)}, "
-            f"the same for every method, commit {', '.join(self.commits)}. {self.told} {self.sweep.note}".rstrip(),
+            f"Sweep: {self.sweep.name}", head, rows,
+            f"Columns: {self.sweep.label}. Median of the TRE over that of the best similarity / success, % of the runs "
+            f"with at most {SUCCESS:g}. Runs: of {', '.join(self.cases)}, the same for every method, commit "
+            f"{', '.join(self.commits)}; slow methods run fewer seeds. {self.told} {self.sweep.note}".rstrip(),
         )  # fmt: skip
 
     @property
     def plot(self) -> Figure:
-        """Median ratio with the quartiles, and the share of registrations that succeed."""
+        """Median ratio with the quartiles, and the share of registrations that succeed; in brackets runs a level."""
         figure, (left, right) = plt.subplots(1, 2, figsize=(11, 3.9), layout="constrained")
         for method, by_level in self.ratios.items():
             values = list(by_level.values())
             low, middle, high = np.array([quartiles(v) for v in values]).T
             succeeded = [100 * np.mean(v <= SUCCESS) for v in values]
             style = {"color": COLOURS[method], "linewidth": 2.4 if method in OURS else 1.3, "marker": "o"}
-            left.plot(self.levels, middle, markersize=3.5, label=METHODS[method].title, **style)
+            left.plot(self.levels, middle, markersize=3.5, label=f"{METHODS[method].title} ({_count(values)})", **style)
             left.fill_between(self.levels, low, high, color=COLOURS[method], alpha=0.12, linewidth=0)
             right.plot(self.levels, succeeded, markersize=3.5, **style)
         left.set(xlabel=self.sweep.label, ylabel="TRE / best similarity's, median, quartiles", yscale="log")
@@ -83,7 +84,7 @@ def sweep_curves(runs: RunSet) -> list[Curves]:
     """Those sweeps that have run at two levels at least."""
     swept = {name: [run for run in runs.runs if run["condition"]["sweep"] == name] for name in SWEEPS}
     found = [
-        Curves(SWEEPS[name], *paired_ratios(runs, SWEEPS[name]), _commits(of_sweep), _told(of_sweep))
+        Curves(SWEEPS[name], *complete_ratios(runs, SWEEPS[name]), _commits(of_sweep), _told(of_sweep))
         for name, of_sweep in swept.items()
     ]
     return [curves for curves in found if curves.ratios and len(curves.levels) > 1]
@@ -101,9 +102,11 @@ def _told(swept: Sequence[Run]) -> str:
     return f"OrganPhys fails in {len(failed)} of {len(ours)} runs, and says 'trust' in {trusted} of these."
 
 
-def _column_names(title: str) -> tuple[str, str]:
-    return f"{title}, median ratio", "success %"
+def _count(levels: Sequence[Array]) -> str:
+    """How many runs the levels have."""
+    counts = sorted({len(values) for values in levels})
+    return " or ".join(str(count) for count in counts)
 
 
-def _cells(values: Array) -> tuple[str, str]:
-    return number(quartiles(values)[1]), f"{100 * np.mean(values <= SUCCESS):.0f}"
+def _cell(values: Array) -> str:
+    return f"{number(quartiles(values)[1])} / {100 * np.mean(values <= SUCCESS):.0f} %"

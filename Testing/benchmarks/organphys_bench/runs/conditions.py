@@ -39,12 +39,12 @@ SWEEPS = {
         ),
         Sweep("outliers", "opaque outliers added, % of the splat", (5, 10, 20, 40), 3, added=True),
         Sweep(
-            "cut", "organ surface left in the case's own splat, %", (10, 15, 20, 25, 30), 3,
-            note="Cut along a plane through the camera; a case that shows less is left as it is.",
-        ),
-        Sweep(
             "visibility", "organ surface in a splat made anew, %", (15, 20, 30, 45, 60), 3,
             note="The splat is drawn on the true surface, on the side that the case shows: noise, no outliers.",
+        ),
+        Sweep(
+            "cut", "organ surface left in the case's own splat, %", (10, 15, 20, 25, 30), 3,
+            note="Cut along a plane through the camera; a case that shows less is left as it is.",
         ),
     )
 }  # fmt: skip
