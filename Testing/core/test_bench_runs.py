@@ -197,6 +197,7 @@ def test_the_plan_can_be_a_part_of_it():
     keys = plan("--methods", "", "--full", "--sweeps", "landmarks", "--sweep-cases", "b")
     assert {(key.case, key.condition.sweep) for key in keys} == {("b", "landmarks")}
     assert {key.case for key in plan("--only", "a", "--full")} == {"a"}
+    assert {key.condition.seed for key in plan("--full", "--seeds", "2")} == {0, 1}
     for arguments, word in (("--methods", "method"), ("--only", "case"), ("--sweep-cases", "case")):
         with pytest.raises(InputError, match=f"no {word} magic"):
             plan(arguments, "magic", "--full")

@@ -54,6 +54,7 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("--sweeps", default=",".join(SWEEPS), help=f"which, of {', '.join(SWEEPS)} (default: all)")
     found.add_argument("--sweep-methods", default=SWEPT, help=f"which methods the sweeps run (default: {SWEPT})")
     found.add_argument("--sweep-cases", default="", help="which cases the sweeps run (default: all)")
+    found.add_argument("--seeds", type=int, default=10, help="run at most so many seeds in the sweeps (default: all)")
     found.add_argument("--fresh", action="store_true", help="run again what has run already")
     found.add_argument("--minutes", type=float, help="begin no run later than this (default: no limit)")
     found.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="runs at a time (default: the cores)")
@@ -121,6 +122,7 @@ def planned(options: argparse.Namespace, every: dict[str, Path]) -> list[RunKey]
     keys = [RunKey(case, method, Condition()) for method in chosen_methods(options.methods) for case in cases]
     if options.full:
         conditions, methods = full_conditions(chosen_sweeps(options.sweeps)), chosen_methods(options.sweep_methods)
+        conditions = [condition for condition in conditions if condition.seed < options.seeds]
         cases = [case for case in cases if case in swept]
         keys += sweep_keys(conditions, cases, methods)
     return keys
