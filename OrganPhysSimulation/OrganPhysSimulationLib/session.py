@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from organphys.ground.checks import Array
+from organphys.simulation.blas_threads import one_blas_thread
 from organphys.simulation.pins import AnyPin
 
 from .choices import Colouring
@@ -26,6 +27,7 @@ from .views.splat_view import SplatView
 class SimulationSession:
     """``live``: the simulation; ``splat``: its node or None; ``case``: that of the registration or None."""
 
+    @one_blas_thread
     def __init__(self, live: LiveSimulation, splat: Any, case: Any = None) -> None:
         self.live, self.splat = live, splat
         self.path: ToolPath | None = None
@@ -48,6 +50,7 @@ class SimulationSession:
             self.path = None
         return reading
 
+    @one_blas_thread
     def publish(self) -> None:
         """Show the present state: surface, instrument, splat; and record it if a recording runs."""
         live = self.live

@@ -46,7 +46,7 @@ THIRD_PARTY = {
     "basis": NUMERIC,
     "elastic": NUMERIC,
     "asset": NUMERIC,
-    "simulation": NUMERIC | {"torch", "warp"},
+    "simulation": NUMERIC | {"torch", "warp", "threadpoolctl"},
     "exports": NUMERIC | {"vtk", "vtkmodules", "matplotlib", "PIL", "SimpleITK", "plyfile", "meshio", "pytetwild"},
     "pipeline": NUMERIC | {"threadpoolctl"},
 }

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from asset_examples import bent_organ
 from simulation_examples import BOTTOM, SIZE, TISSUE, box_body, box_shape
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from organphys.asset.asset_file import load_asset, save_asset
 from organphys.ground.checks import InputError
+from organphys.simulation import session
 from organphys.simulation.body import build_body
 from organphys.simulation.local_detail import LocalDetail
 from organphys.simulation.options import SimulationOptions, gravity_along
@@ -17,6 +19,7 @@ from organphys.simulation.pins import Pin
 from organphys.simulation.scene import Scene
 from organphys.simulation.session import Simulation, replay
 from organphys.simulation.state import ToolPose
+from organphys.simulation.step import step
 from organphys.simulation.tools import gripper, probe
 
 POINTING_DOWN = np.diag([1.0, -1.0, -1.0])
@@ -137,3 +140,23 @@ def test_the_body_of_an_organ_has_the_organ_s_size_in_metres():
     longest = np.ptp(body.samples.vertices @ organ.T_scene_ct.rotation, axis=0).max()
     assert longest == pytest.approx(0.12, rel=0.1)
     assert body.name == "ellipsoid" and body.tissue.name == "generic"
+
+
+def test_steps_use_one_blas_thread_and_give_the_others_back(monkeypatch):
+    counts, simulation = [], poking()
+
+    def blas_threads():
+        return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+    def counting_step(*arguments, **options):
+        counts.append(blas_threads())
+        return step(*arguments, **options)
+
+    monkeypatch.setattr(session, "step", counting_step)
+    with threadpool_limits(2, "blas"):
+        before = blas_threads()
+        simulation.step((pose(1),))
+        with pytest.raises(InputError):
+            simulation.step(())
+        assert blas_threads() == before
+    assert counts == [{1}, {1}]

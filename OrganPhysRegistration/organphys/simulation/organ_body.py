@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from ..asset.registered_organ import RegisteredOrgan
 from ..ground.checks import Array, as_vector
 from ..mechanics.tissue import Tissue, tissue_for
+from .blas_threads import one_blas_thread
 from .body import Body, build_body
 from .pins import AnyPin
 from .rest_shape import rest_shape
@@ -18,6 +19,7 @@ def metres_per_unit(organ: RegisteredOrgan) -> float:
     return 1e-3 / organ.T_scene_ct.scale
 
 
+@one_blas_thread
 def organ_body(
     organ: RegisteredOrgan,
     *,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..ground.checks import Array, as_positive, one_of
 from ..points.gaussians import Gaussians
+from .blas_threads import one_blas_thread
 from .body import Body
 from .gaussian_shapes import covariances
 from .simulation_basis import LocalColumns
@@ -64,10 +65,12 @@ class QuickSplat:
         """Metres per scene unit."""
         return self.bound.unit
 
+    @one_blas_thread
     def frame(self, body: Body, z: Array) -> tuple[Single, Single]:
         """Displacements (K, 3) in scene units and covariances F C F^T (K, 3, 3) at Z (n, 3) of ``body``."""
         return self.mover.frame(*self._coordinates(body, z))
 
+    @one_blas_thread
     def motion(self, body: Body, z: Array) -> tuple[Single, Single]:
         """Displacements (K, 3) in scene units and deformation gradients F (K, 3, 3) at Z (n, 3) of ``body``."""
         return self.mover.motion(*self._coordinates(body, z))
@@ -78,6 +81,7 @@ class QuickSplat:
         return base, local, z[n:]
 
 
+@one_blas_thread
 def quick_splat(
     body: Body,
     gaussians: Gaussians,

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from ..ground.checks import InputError, as_positive
+from .blas_threads import one_blas_thread
 from .body import Body
 from .factor import FactorCache
 from .local_detail import LocalDetail, prepare
@@ -57,6 +58,7 @@ class Simulation:
     ``detail``: local functions where the tools touch, following them; None: the handles of the bodies alone.
     """
 
+    @one_blas_thread
     def __init__(self, scene: Scene, state: SceneState, *, detail: LocalDetail | None = None) -> None:
         self._first = self._start = Snapshot(scene, state)
         self._now = self._first
@@ -81,6 +83,7 @@ class Simulation:
         """The present moment; hand it to ``restore`` to come back."""
         return self._now
 
+    @one_blas_thread
     def step(self, poses: tuple[ToolPose, ...] = (), *, dt: float = 1 / 60) -> StepReport:
         """One step of ``dt`` s with the tools moved to ``poses``; nothing changes if it is refused (InputError)."""
         state, report = step(self.scene, self.state, poses, dt, cache=self._cache)
@@ -90,6 +93,7 @@ class Simulation:
             self._now = _followed(self._now, self._detail)
         return report
 
+    @one_blas_thread
     def set_pins(self, index: int, *pins: AnyPin) -> None:
         """Body ``index`` is held by these pins from now on; it keeps its shape and speed."""
         if not 0 <= index < len(self.scene.bodies):

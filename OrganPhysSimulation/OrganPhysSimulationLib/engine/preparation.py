@@ -10,6 +10,7 @@ from organphys.asset.registered_organ import RegisteredOrgan
 from organphys.ground.checks import Array
 from organphys.mechanics.tissue import Tissue
 from organphys.points.gaussians import Gaussians
+from organphys.simulation.blas_threads import one_blas_thread
 from organphys.simulation.body import Body
 from organphys.simulation.organ_body import metres_per_unit, organ_body
 from organphys.simulation.pins import AnyPin
@@ -26,6 +27,7 @@ class Followers:
     binding: QuickSplat | None
 
     @classmethod
+    @one_blas_thread
     def of(cls, body: Body, gaussians: Gaussians | None, unit: float) -> Followers:
         """``unit``: metres per scene unit."""
         binding = None if gaussians is None else quick_splat(body, gaussians, unit)
