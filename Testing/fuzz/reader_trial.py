@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import re
 import traceback
@@ -13,11 +14,12 @@ from targets import MEGABYTE, Target
 
 from organphys.ground.checks import InputError
 
-BASE_BYTES = 16 * MEGABYTE  # what a library may take at its first call, whatever the file
+BASE_BYTES = 4 * MEGABYTE  # what a library may take at a call that no seed made, whatever the file
 LONGEST_MESSAGE = 1000
 LINUX = Path("/proc/self/clear_refs").exists()
 STATUS = os.open("/proc/self/status", os.O_RDONLY) if LINUX else None
 CLEAR = os.open("/proc/self/clear_refs", os.O_WRONLY) if LINUX else None
+GIVE_BACK = getattr(ctypes.CDLL(None), "malloc_trim", None) if LINUX else None
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,8 @@ class Outcome:
 
 def tried(target: Target, path: Path, content: bytes) -> Outcome:
     """The outcome of reading ``path``, which holds ``content``."""
+    if GIVE_BACK is not None:
+        GIVE_BACK(0)  # so that memory which earlier inputs have freed counts again when this one takes it
     start = _memory(b"VmRSS")
     _forget_peak()
     try:

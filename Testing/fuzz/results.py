@@ -38,7 +38,8 @@ def write_results(path: Path, state: dict[str, Tally], command: str) -> None:
         f"Mutated files, read in a process of their own ({sum(t.tried for t in rows.values()):,} in all). "
         "Outcome: read (and equal to a second, plain reading of the bytes, or sound by its invariants), refused "
         "(InputError, one printable line), or failed: any other exception, a warning or text on stderr, a native "
-        f"crash, more than 5 s of processor time, more memory than {BASE_BYTES // MEGABYTE} MB (at first 64 MB) and "
+        f"crash, more than 5 s of processor time, more memory than {BASE_BYTES // MEGABYTE} MB (in most of the inputs "
+        "tried before November 23 it was 16) and "
         "twice what an intact file of that content takes, or a wrong success. Fixed: kinds of failure found while the "
         "harness was made and run, each kept as a file in Testing/fuzz/found that the standard tests try again; those "
         "of the archive that assets, sequences, recordings, cases and outcomes share stand under one of them.",

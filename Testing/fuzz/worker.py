@@ -31,14 +31,13 @@ SHRINKING_TRIALS = 150
 class Worker:
     """Tries the inputs of one job after the other."""
 
-    def __init__(self, corpus: Path, folder: Path, seed: int, firsts: list[int]) -> None:
+    def __init__(self, corpus: Path, folder: Path, seed: int) -> None:
         self.corpus, self.folder, self.seed = corpus, folder, seed
         self.known: set[str] = set()
-        self.progress = Progress(folder / "progress", firsts)
 
-    def run(self, job: int, reader: str, last: int) -> None:
-        files, counts, began = read_corpus(self.corpus, reader), self.progress.counts(job), time.process_time()
-        self.progress.job = job
+    def run(self, progress: Progress, job: int, reader: str, last: int) -> None:
+        files, counts, began = read_corpus(self.corpus, reader), progress.counts(job), time.process_time()
+        progress.job = job
         while counts.index < last:
             name, content = mutated(files, seed_of_input(reader, self.seed, counts.index))
             outcome = self.tried(reader, name, content)
@@ -46,7 +45,7 @@ class Worker:
             if outcome.kind == "failed":
                 self.report(reader, counts.index, name, content, outcome)
             counts.index, counts.seconds = counts.index + 1, time.process_time() - began
-            self.progress.note(job, counts)
+            progress.note(job, counts)
 
     def tried(self, reader: str, name: str, content: bytes) -> Outcome:
         path = self.folder / "in" / name
@@ -92,6 +91,13 @@ class Worker:
         return content
 
 
+def made_ready(corpus: Path, folder: Path) -> None:
+    """The folder that inputs are read from, with the files that some of them name."""
+    (folder / "in").mkdir(exist_ok=True)
+    for path in (corpus / "companions").iterdir():
+        (folder / "in" / path.name).write_bytes(path.read_bytes())
+
+
 def overheard(folder: Path) -> None:
     """What libraries print goes to a file, which has to stay empty."""
     noise = os.open(folder / "noise", os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND)
@@ -121,15 +127,13 @@ def warmed_up(worker: Worker, readers: set[str]) -> None:
 def main(arguments: list[str]) -> None:
     corpus, folder, seed = Path(arguments[0]), Path(arguments[1]), int(arguments[2])
     jobs = [(reader, int(first), int(last)) for reader, first, last in (job.split(":") for job in arguments[3:])]
-    worker = Worker(corpus, folder, seed, [first for _, first, _ in jobs])
-    (folder / "in").mkdir(exist_ok=True)
-    for path in (corpus / "companions").iterdir():
-        (folder / "in" / path.name).write_bytes(path.read_bytes())
+    worker, progress = Worker(corpus, folder, seed), Progress(folder / "progress", [first for _, first, _ in jobs])
+    made_ready(corpus, folder)
     overheard(folder)
     warmed_up(worker, {reader for reader, _, _ in jobs})
     confined()
     for job, (reader, _, last) in enumerate(jobs):
-        worker.run(job, reader, last)
+        worker.run(progress, job, reader, last)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,84 @@
+"""The process that reads hostile files guided by coverage: libFuzzer (atheris) keeps each input that takes a new branch
+of organphys and mutates it further, with this harness's own mutations of each format and with its own of bytes.
+
+    python guided_worker.py CORPUS FOLDER READER FIRST RUNS
+
+FOLDER/kept holds what it keeps, for the next run too; failures are told as those of worker.py.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from pathlib import Path
+
+import atheris
+import numpy as np
+
+with atheris.instrument_imports(include=["organphys"]):
+    from corpus import read_corpus
+    from kept import packed, unpacked
+    from mutate import BY_ENDING
+    from reader_trial import Outcome
+    from supervised import LONGEST_SECONDS
+    from worker import Worker, confined, made_ready, overheard, warmed_up
+
+LIBFUZZER_BYTES = 0.3  # share of mutations that are libFuzzer's own
+
+
+class Guided:
+    """What libFuzzer calls: the inputs of one reader, numbered from ``first`` on."""
+
+    def __init__(self, worker: Worker, reader: str, first: int) -> None:
+        self.worker, self.reader, self.index = worker, reader, first
+        self.names = sorted(read_corpus(worker.corpus, reader))
+        self.begun = False
+
+    def one_input(self, data: bytes) -> None:
+        if not self.begun:  # by now libFuzzer has put its own words on another descriptor
+            self.begun = True
+            overheard(self.worker.folder)
+            confined()
+        name, content = unpacked(data, self.names)
+        began = time.process_time()
+        outcome = self.worker.tried(self.reader, name, content)
+        if time.process_time() - began > LONGEST_SECONDS:
+            outcome = Outcome("failed", "hang")
+        if outcome.kind == "failed":
+            self.worker.report(self.reader, self.index, name, content, outcome)
+        self.index += 1
+
+    def mutated(self, data: bytes, most: int, seed: int) -> bytes:
+        """At most ``most`` bytes; one in thirty under another seed's name."""
+        rng = np.random.default_rng(seed)
+        name, content = unpacked(data, self.names)
+        if rng.random() < LIBFUZZER_BYTES:
+            content = atheris.Mutate(content, most - 1)
+        else:
+            content = BY_ENDING[next(ending for ending in BY_ENDING if name.endswith(ending))](content, rng)
+        if rng.random() < 1 / 30:
+            name = self.names[int(rng.integers(len(self.names)))]
+        return packed(name, content, self.names)[:most]
+
+
+def main(arguments: list[str]) -> None:
+    corpus, folder, reader, first, runs = Path(arguments[0]), Path(arguments[1]), *arguments[2:5]
+    worker = Worker(corpus, folder, 0)
+    made_ready(corpus, folder)
+    aside = os.dup(2)
+    overheard(folder)
+    with atheris.instrument_imports(include=["organphys"]):  # of what is imported at the first call
+        warmed_up(worker, {reader})
+    os.dup2(aside, 2)
+    guided = Guided(worker, reader, int(first))
+    longest = max(len(content) for content in read_corpus(corpus, reader).values())
+    flags = [f"-runs={runs}", f"-seed={int(first) + 1}", f"-max_len={2 * longest + 4096}", "-len_control=0"]
+    flags += ["-timeout=60", "-rss_limit_mb=0", "-close_fd_mask=2", f"-artifact_prefix={folder}/died_"]
+    os.chdir(folder)
+    atheris.Setup([sys.argv[0], *flags, str(folder / "kept")], guided.one_input, custom_mutator=guided.mutated)
+    atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
