@@ -1,4 +1,4 @@
-"""What parts_speed.py times: the parts of reading, registration, mapping and simulation, on the generated sample."""
+"""What parts_benchmark.py times: reading, registration, mapping and simulation in parts, on the generated sample."""
 
 from __future__ import annotations
 
@@ -41,11 +41,12 @@ Timed = dict[str, Callable[[], object]]
 
 @dataclass(frozen=True)
 class Parts:
-    """timed: work by name; by_clock: those on a GPU; remarks: what is to be known of the figures."""
+    """timed: work by name; by_clock: those on a GPU; missing: why, by name; remarks: on the figures."""
 
     timed: Mapping[str, Callable[[], object]]
-    by_clock: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
+    by_clock: tuple[str, ...]
+    missing: Mapping[str, str]
+    remarks: tuple[str, ...]
 
 
 def made_parts(folder: Path) -> Parts:
@@ -65,7 +66,7 @@ def made_parts(folder: Path) -> Parts:
         **simulation_part(),
         **splat,
     }
-    return Parts(timed, by_clock, (*remarks, *missing))
+    return Parts(timed, by_clock, missing, remarks)
 
 
 def registration_parts(case: Case) -> Timed:
@@ -114,18 +115,18 @@ def simulation_part() -> Timed:
     return {"simulation step, grasped": lambda: simulation.step(next(held), dt=DT)}
 
 
-def splat_parts() -> tuple[Timed, tuple[str, ...], tuple[str, ...]]:
-    """Updates of means and covariances by numpy, by warp on CPU and CUDA; which by the clock; what is missing."""
+def splat_parts() -> tuple[Timed, tuple[str, ...], dict[str, str]]:
+    """Updates of means and covariances by numpy, by warp on CPU and CUDA; which by the clock; what is missing, why."""
     body = body_of(None, 20, 1000)
     z = np.random.default_rng(1).normal(size=(body.basis.size, 3))
     z *= 0.3 / np.abs(body.strain.rates(z)).max()
-    quick, timed, missing = quick_splat(body, gaussians(body, MOVED), UNIT), Timed(), []
+    quick, timed, missing = quick_splat(body, gaussians(body, MOVED), UNIT), Timed(), {}
     for device in ("numpy", "cpu", "cuda"):
+        name = f"move {MOVED} Gaussians by {device if device == 'numpy' else 'warp, ' + device}"
         try:
             moving = on_device(quick, device)
         except InputError as error:
-            missing.append(str(error))
+            missing[name] = str(error)
             continue
-        name = f"move {MOVED} Gaussians by {device if device == 'numpy' else 'warp, ' + device}"
         timed[name] = lambda moving=moving: moving.frame(body, z)
-    return timed, tuple(name for name in timed if "cuda" in name), tuple(missing)
+    return timed, tuple(name for name in timed if "cuda" in name), missing

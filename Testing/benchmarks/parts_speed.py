@@ -1,10 +1,10 @@
-"""Speed of the single parts, beside the last measurement on the same machine.
+"""Speed of the single parts by pytest-benchmark, beside the last measurement on the same machine.
 
     OMP_NUM_THREADS=1 nice -n 10 python Testing/benchmarks/parts_speed.py [NAME ...] [--keep]
 
-NAME: measures only the parts whose name holds one of these. Parts of less than a second are run at least four times;
-the figure is the least processor time, which other work on the machine disturbs least (CUDA: the least time by the
-clock). --keep adds a line to parts_speed.jsonl, with which later runs are compared, and writes RESULTS.md.
+NAME: measures only the parts whose name holds one of these. The figure is the least processor time of the runs that
+parts_benchmark.py makes, which other work on the machine disturbs least (CUDA: the least time by the clock). --keep
+adds a line to parts_speed.jsonl, with which later runs are compared, and writes RESULTS.md.
 """
 
 from __future__ import annotations
@@ -13,55 +13,60 @@ import argparse
 import datetime
 import json
 import os
+import sys
 import tempfile
-import time
-from collections.abc import Callable
 from pathlib import Path
 
-from parts_of_organphys import Parts, made_parts
+import pytest
 from results_file import machine_lines, write_part
 from results_table import _commit, _processor
 
-from organphys.pipeline.processor import one_blas_thread
-
 HERE = Path(__file__).parent
 HISTORY = HERE / "parts_speed.jsonl"
-LEAST_RUNS, LEAST_S, MOST_RUNS, SLOW_S = 4, 0.5, 200, 1.0
 CLEAR = 0.25  # smaller changes may be chance on a busy machine
 
 
-@one_blas_thread
+class Chosen:
+    """Plugin of pytest: only parts whose name holds one of ``words``, and why others are skipped."""
+
+    def __init__(self, words: list[str]) -> None:
+        self.words, self.skipped = words, list[str]()
+
+    def pytest_collection_modifyitems(self, items: list) -> None:
+        items[:] = [item for item in items if not self.words or any(w in item.callspec.id for w in self.words)]
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.skipped:
+            self.skipped.append(f"{report.nodeid.split('[')[-1][:-1]}: {report.longrepr[-1]}")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", metavar="NAME")
     parser.add_argument("--keep", action="store_true")
     options = parser.parse_args()
-    before, seconds = last_of_machine(), {}
-    with tempfile.TemporaryDirectory() as folder:
-        parts = made_parts(Path(folder))
-        then = "no entry of this machine" if before is None else f"before: {before['date']}, load {before['load']:.1f}"
-        print(f"{then}; load now {os.getloadavg()[0]:.1f} (on a busy machine a half more or less may be chance)")
-        print(f"{'part':58s}{'ms':>10s}{'before':>10s}")
-        for name, part in parts.timed.items():
-            if not options.names or any(word in name for word in options.names):
-                seconds[name] = least_seconds(part, by_clock=name in parts.by_clock)
-                print(told(name, seconds[name], before), flush=True)
-    print("\n".join(parts.remarks))
+    seconds, remarks = measured(options.names)
+    before = last_of_machine()
+    then = "no entry of this machine" if before is None else f"before: {before['date']}, load {before['load']:.1f}"
+    print(f"{then}; load now {os.getloadavg()[0]:.1f} (on a busy machine a half more or less may be chance)")
+    print(f"{'part':58s}{'ms':>10s}{'before':>10s}")
+    print("\n".join([*(told(name, value, before) for name, value in seconds.items()), *remarks]))
     if options.keep:
-        keep({**(before or {}).get("seconds", {}), **seconds} if options.names else seconds, parts)
+        keep({**(before or {}).get("seconds", {}), **seconds} if options.names else seconds, remarks)
 
 
-def least_seconds(part: Callable[[], object], *, by_clock: bool) -> float:
-    """Least time of a few runs, s, a slow part's of one; the first of a quick part makes what is made once."""
-    clock = time.perf_counter if by_clock else time.process_time
-    times: list[float] = []
-    while len(times) < LEAST_RUNS or (sum(times) < LEAST_S and len(times) < MOST_RUNS):
-        if times and times[0] > SLOW_S:
-            break
-        start = clock()
-        part()
-        times.append(clock() - start)
-    return min(times)
+def measured(names: list[str]) -> tuple[dict[str, float], list[str]]:
+    """Least seconds of each part by name, and remarks."""
+    chosen = Chosen(names)
+    with tempfile.TemporaryDirectory() as folder:
+        found = Path(folder) / "benchmark.json"
+        status = pytest.main([str(HERE / "parts_benchmark.py"), "-q", f"--benchmark-json={found}"], [chosen])
+        if status:
+            sys.exit(f"pytest ended with status {int(status)}")
+        benchmarks = json.loads(found.read_text(encoding="utf-8"))["benchmarks"]
+    seconds = {one["params"]["name"]: float(one["stats"]["min"]) for one in benchmarks}
+    remarks = benchmarks[0]["extra_info"]["remarks"] if benchmarks else []
+    return seconds, [*remarks, *(f"skipped: {line}" for line in chosen.skipped)]
 
 
 def last_of_machine() -> dict | None:
@@ -86,7 +91,7 @@ def told(name: str, seconds: float, before: dict | None) -> str:
     return f"{name:58s}{1e3 * seconds:10.2f}{1e3 * then:10.2f}{word}"
 
 
-def keep(seconds: dict[str, float], parts: Parts) -> None:
+def keep(seconds: dict[str, float], remarks: list[str]) -> None:
     """The history's next line and the part of RESULTS.md."""
     rounded = {name: float(f"{value:.4g}") for name, value in seconds.items()}
     date = datetime.date.today().isoformat()
@@ -97,10 +102,11 @@ def keep(seconds: dict[str, float], parts: Parts) -> None:
     lines = [
         "# Speed of the parts",
         "",
-        "Least processor time of at least four runs, of one where it takes over a second (CUDA: by the clock).",
+        "By pytest-benchmark (`parts_benchmark.py`): least processor time of at least four runs, of one where it takes "
+        "over a second (CUDA: by the clock). Earlier measurements: `parts_speed.jsonl`.",
     ]
     lines += ["", *machine_lines("OMP_NUM_THREADS=1 nice -n 10 python Testing/benchmarks/parts_speed.py --keep")]
-    lines += [f"- {remark}" for remark in parts.remarks]
+    lines += [f"- {remark}" for remark in remarks]
     write_part(HERE / "RESULTS.md", "\n".join([*lines, "", "| part | ms |", "|---|---|", *rows]))
 
 
