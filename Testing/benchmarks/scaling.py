@@ -16,11 +16,12 @@ import sys
 import tempfile
 from pathlib import Path
 
-from measured import how
+from measured import when
 from results_file import write_part
 from scaling_case import sample_splat, write_labels_of, write_splat_of
-from scaling_plot import exponents, peak_memory, scaling_plot
-from scaling_target import register_target, target_lines
+from scaling_plot import scaling_plot
+from scaling_report import report
+from scaling_target import register_target
 
 HERE = Path(__file__).parent
 RECORD, PLOT = HERE / "scaling.jsonl", HERE / "scaling.png"
@@ -57,7 +58,7 @@ def main() -> None:
             records = [r for r in records if r["axis"] != "target"] + [register_target(work)]
             write_records(records)
     scaling_plot(PLOT, records)
-    write_part(HERE / "RESULTS.md", report(records))
+    write_part(HERE / "RESULTS.md", report(records, list(AXES)))
 
 
 def measured(axis: str, value: int, work: Path) -> dict:
@@ -78,8 +79,7 @@ def measured(axis: str, value: int, work: Path) -> dict:
     done = subprocess.run([sys.executable, *command], capture_output=True, text=True)
     if done.returncode:
         raise SystemExit(f"{axis} {value}: {done.stderr.strip().splitlines()[-1]}")
-    result: dict = json.loads(done.stdout.splitlines()[-1])
-    return result
+    return {"made": when(), **json.loads(done.stdout.splitlines()[-1])}
 
 
 def read_records() -> list[dict]:
@@ -93,41 +93,6 @@ def write_records(records: list[dict]) -> None:
         json.loads(json.dumps(record), parse_float=lambda text: float(f"{float(text):.4g}")) for record in records
     ]
     RECORD.write_text("".join(json.dumps(record) + "\n" for record in rounded), encoding="utf-8")
-
-
-def report(records: list[dict]) -> str:
-    """The part of RESULTS.md."""
-    lines = [
-        "# Scaling",
-        "",
-        "Processor seconds of every stage (one thread for BLAS), in a process of its own for each column, and peak "
-        "memory of that process (MB, pages of the mapped splat file included). Exponent: slope of log seconds over log "
-        "size, fitted to the last three columns; - where the stage takes under 0.05 s. Splats of the axis gaussians "
-        "have spherical harmonics of degree 3 (248 bytes each). Plots: `scaling.png`; measurements: `scaling.jsonl`.",
-        "",
-        how("OMP_NUM_THREADS=1 nice -n 10 python Testing/benchmarks/scaling.py"),
-        *target_lines(records),
-    ]
-    for axis in AXES:
-        rows = sorted((r for r in records if r["axis"] == axis), key=lambda r: r["value"])
-        if rows:
-            lines += ["", *table(axis, rows)]
-    return "\n".join(lines)
-
-
-def table(axis: str, rows: list[dict]) -> list[str]:
-    """Rows of Markdown: stages by size."""
-    head = [f"{row['value']:,}" for row in rows]
-    lines = ["| " + " | ".join([axis, *head, "exponent"]) + " |", "|---" * (len(head) + 2) + "|"]
-    slopes = exponents(rows)
-    for name, slope in slopes.items():
-        cells = [f"{row['stages'][name]['processor_s']:.2f}" if name in row["stages"] else "" for row in rows]
-        lines.append("| " + " | ".join([name, *cells, "-" if slope is None else f"{round(slope, 2) + 0.0:.2f}"]) + " |")
-    for name, follows in (("peak memory, MB", False), ("peak memory of what follows, MB", True)):
-        memory = peak_memory(rows, follows)
-        if any(memory):
-            lines.append("| " + " | ".join([name, *(f"{peak:.0f}" for peak in memory), ""]) + " |")
-    return lines
 
 
 if __name__ == "__main__":

@@ -24,13 +24,13 @@ NAMES = {
 }
 
 
-def exponents(rows: Sequence[dict]) -> dict[str, float | None]:
+def exponents(rows: Sequence[dict], least_s: float = LEAST_S) -> dict[str, float | None]:
     """Slope of log seconds over log size, fitted to the three largest sizes of a stage; None where it is too quick."""
     found: dict[str, float | None] = {}
     for name in dict.fromkeys(stage for row in rows for stage in row["stages"]):
         has = [(row["value"], row["stages"][name]["processor_s"]) for row in rows[-3:] if name in row["stages"]]
         size, seconds = np.array(has, dtype=float).T
-        slow = len(has) > 1 and seconds[-1] >= LEAST_S and seconds.min() > 0
+        slow = len(has) > 1 and seconds[-1] >= least_s and seconds.min() > 0
         found[name] = float(np.polyfit(np.log(size), np.log(seconds), 1)[0]) if slow else None
     return found
 
