@@ -93,8 +93,15 @@ def time_table(runs: RunSet) -> Table:
         ("method", "processor s, mean", "processor s, max", "wall s, mean", "peak MB", "processor s by stage, mean"),
         tuple(rows),
         "The registration alone, files read already; on a machine that does other work too wall seconds say little. "
-        "Peak memory is that of the whole process. The start costs every peer the same.",
+        f"Peak memory is that of the whole process. The start costs every peer the same. All together: "
+        f"{_minutes(runs):.0f} processor minutes.",
     )
+
+
+def _minutes(runs: RunSet) -> float:
+    """Processor minutes of the registrations of the tables over all cases."""
+    done = [run["seconds"]["total"]["processor_s"] for run in runs.baseline.values() if not run["failure"]]
+    return sum(done) / 60
 
 
 def stage_seconds(done: list[Run]) -> str:

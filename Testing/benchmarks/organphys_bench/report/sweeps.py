@@ -15,7 +15,8 @@ from ..peers.methods import METHODS, OURS
 from ..runs.conditions import SWEEPS, Sweep
 from .plots import COLOURS, plain_numbers
 from .run_set import SUCCESS, Run, RunSet, number
-from .sweep_ratios import complete_ratios, ratio
+from .sweep_notes import not_ahead, told
+from .sweep_ratios import complete_ratios
 from .table import Table
 
 ENDLESS = 1e9  # in place of infinity, which percentiles cannot interpolate
@@ -23,14 +24,12 @@ ENDLESS = 1e9  # in place of infinity, which percentiles cannot interpolate
 
 @dataclass(frozen=True)
 class Curves:
-    """One sweep: ``cases`` and ``ratios`` as of ``complete_ratios``; ``commits``: of which the runs are; ``told``: what
-    OrganPhys's own verdict said of its failures."""
+    """One sweep: ``cases`` and ``ratios`` as of ``complete_ratios``; ``runs``: all of it."""
 
     sweep: Sweep
     cases: tuple[str, ...]
     ratios: dict[str, dict[float, Array]]
-    commits: tuple[str, ...]
-    told: str
+    runs: Sequence[Run]
 
     @property
     def levels(self) -> list[float]:
@@ -48,7 +47,8 @@ class Curves:
             f"Sweep: {self.sweep.name}", head, rows,
             f"Columns: {self.sweep.label}. Median of the TRE over that of the best similarity / success, % of the runs "
             f"with at most {SUCCESS:g}. Runs: of {', '.join(self.cases)}, the same for every method, commit "
-            f"{', '.join(self.commits)}; slow methods run fewer seeds. {self.told} {self.sweep.note}".rstrip(),
+            f"{', '.join(sorted({run['commit'] for run in self.runs}))}; slow methods run fewer seeds. "
+            f"{not_ahead(self.ratios, self.runs)} {told(self.runs)} {self.sweep.note}".rstrip(),
         )  # fmt: skip
 
     @property
@@ -83,23 +83,8 @@ def quartiles(values: Array) -> Array:
 def sweep_curves(runs: RunSet) -> list[Curves]:
     """Those sweeps that have run at two levels at least."""
     swept = {name: [run for run in runs.runs if run["condition"]["sweep"] == name] for name in SWEEPS}
-    found = [
-        Curves(SWEEPS[name], *complete_ratios(runs, SWEEPS[name]), _commits(of_sweep), _told(of_sweep))
-        for name, of_sweep in swept.items()
-    ]
+    found = [Curves(SWEEPS[name], *complete_ratios(runs, SWEEPS[name]), of_sweep) for name, of_sweep in swept.items()]
     return [curves for curves in found if curves.ratios and len(curves.levels) > 1]
-
-
-def _commits(swept: Sequence[Run]) -> tuple[str, ...]:
-    return tuple(sorted({run["commit"] for run in swept}))
-
-
-def _told(swept: Sequence[Run]) -> str:
-    """How many of OrganPhys's failures its verdict trusts."""
-    ours = [run for run in swept if run["method"] in OURS]
-    failed = [run for run in ours if ratio(run) > SUCCESS]
-    trusted = sum(run.get("facts", {}).get("verdict") == "trust" for run in failed)
-    return f"OrganPhys fails in {len(failed)} of {len(ours)} runs, and says 'trust' in {trusted} of these."
 
 
 def _count(levels: Sequence[Array]) -> str:
