@@ -52,6 +52,9 @@ def test_the_report_stands_alone_and_names_where_we_are_behind(finished, tmp_pat
     assert lines[0].startswith("tiny: similarity ICP has")
     assert f"- {lines[0]}" in part
     assert part.startswith("# OrganPhys beside its peers\n")
+    main, sweeps = part.split("# OrganPhys beside its peers: sweeps\n")
+    assert "3 runs" in main and "bench_ratio.png" in main
+    assert "4 runs" in sweeps and "bench_landmarks.png" in sweeps
     record = json.loads(paths[0].read_text(encoding="utf-8"))
     assert len(record["runs"]) == 7
     assert "picture" not in record["runs"][0]

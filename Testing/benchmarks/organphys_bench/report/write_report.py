@@ -1,9 +1,10 @@
-"""bench.json, bench.html and, if asked for, a part of RESULTS.md from finished runs."""
+"""bench.json, bench.html and, if asked for, parts of RESULTS.md from finished runs."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from functools import partial
 from html import escape
 from pathlib import Path
 
@@ -23,13 +24,13 @@ from .sweeps import sweep_curves
 def write_report(
     runs: Sequence[Run], cases: dict[str, Path], out: Path, *, command: str, results: Path | None
 ) -> list[Path]:
-    """Paths written. ``cases``: folders by name, for the pictures; ``results``: a Markdown file that gets a part."""
+    """Paths written. ``cases``: folders by name, for the pictures; ``results``: a Markdown file that gets parts."""
     found, how = RunSet(runs), how_lines(runs, command)
     written = [out / "bench.json", out / "bench.html"]
     write_text(written[0], json.dumps(summary(found, how), indent=1) + "\n")
     write_text(written[1], page(TITLE, html_parts(found, cases, how)))
     if results is not None:
-        written += write_results(results, found, how)
+        written += write_results(results, found, partial(how_lines, command=command))
     return written
 
 
