@@ -15,7 +15,8 @@ from requirements_closure import CORE, ROOT, closure, pins
 
 TABLE = ROOT / "THIRD_PARTY.md"
 NVIDIA = "NVIDIA's own terms, see the package"
-BY_HAND = {  # of other systems or Pythons: from their repositories
+BY_HAND = {  # of other systems or Pythons, or told in no metadata: from their repositories
+    "atheris": "Apache-2.0",
     "colorama": "BSD-3-Clause",
     "exceptiongroup": "MIT",
     "pyobjc-core": "MIT",
@@ -63,7 +64,7 @@ def licence_of(name: str) -> str | None:
     kinds = [c.split(" :: ")[-1] for c in about.get_all("Classifier", []) if c.startswith("License ::")]
     stated = [CLASSIFIERS.get(kind, kind) for kind in kinds if kind != "OSI Approved"]
     line = (about.get("License") or "").strip().splitlines()
-    return ", ".join(dict.fromkeys(stated)) or (line[0][:60] if line else None)
+    return ", ".join(dict.fromkeys(stated)) or (line[0][:60] if line else BY_HAND.get(name))
 
 
 def written() -> dict[str, tuple[str, str]]:
