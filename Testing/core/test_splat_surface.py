@@ -75,20 +75,22 @@ def test_cell_average_is_the_mean_of_its_points():
     np.testing.assert_allclose(mean_normals, [[0, np.sqrt(0.5), np.sqrt(0.5)], [1, 0, 0]])
 
 
-def test_outliers_and_a_clump_are_removed():
+@pytest.mark.parametrize("surface_of", [splat_surface, quick_surface])
+def test_outliers_and_a_clump_are_removed(surface_of):
     rng = np.random.default_rng(1)
     clump = CENTRE + [0.0, 0, -2.0] + 0.03 * rng.normal(size=(60, 3))
     floaters = CENTRE + rng.uniform(-2.5, 2.5, (300, 3))
     floaters = floaters[off_sphere(floaters) > 0.3]
-    surface = splat_surface(np.vstack([cap(), clump, floaters]))
+    surface = surface_of(np.vstack([cap(), clump, floaters]))
     assert off_sphere(surface.points).max() < 0.2
     assert len(surface.points) > 0.97 * 9000
 
 
-def test_both_sides_of_a_tool_strip_are_kept():
+@pytest.mark.parametrize("surface_of", [splat_surface, quick_surface])
+def test_both_sides_of_a_tool_strip_are_kept(surface_of):
     points = cap()
     strip = np.abs(points[:, 0] - CENTRE[0] - 0.3) < 0.1
-    surface = splat_surface(points[~strip])
+    surface = surface_of(points[~strip])
     right, left = surface.points[:, 0] > CENTRE[0] + 0.3, surface.points[:, 0] < CENTRE[0] + 0.3
     whole = points[~strip]
     assert right.sum() > 0.97 * (whole[:, 0] > CENTRE[0] + 0.3).sum()
@@ -108,6 +110,10 @@ def test_large_splats_are_subsampled_with_the_seed():
 def test_too_few_points_are_refused(surface_of):
     with pytest.raises(InputError, match="lower the opacity"):
         surface_of(cap(count=80))
+
+
+def test_both_surfaces_measure_nearly_the_same_spacing():
+    assert quick_surface(cap()).spacing == pytest.approx(splat_surface(cap()).spacing, rel=0.1)
 
 
 def test_camera_frame_of_a_moved_camera():

@@ -88,13 +88,17 @@ def cleaned_centres(centres: Array, options: SplatSurfaceOptions, seed: int) -> 
     """Cleaned points (C, 3) of the centres (N, 3) and their spacing. InputError where too few are left."""
     points = centres[random_subset(len(centres), options.centres, seed)].astype(np.float64)
     cleaning = clean_points(points, options=options.cleaning)
-    points = points[cleaning.keep]
+    return enough(points[cleaning.keep], options), cleaning.spacing
+
+
+def enough(points: Array, options: SplatSurfaceOptions) -> Array:
+    """The points (N, 3) that make the surface; InputError where they are too few."""
     if len(points) < 4 * options.normal_neighbours:
         raise InputError(
             f"splat: only {len(points)} opaque Gaussians form a surface; "
             "lower the opacity threshold, widen the ROI or check the file"
         )
-    return points, cleaning.spacing
+    return points
 
 
 def rms_radius(points: Array) -> float:

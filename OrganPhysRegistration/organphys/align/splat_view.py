@@ -19,16 +19,20 @@ from .camera_image import CameraImage, CameraImageOptions, camera_image
 from .rim import Rim, find_rim
 from .splat_surface import SplatSurface, splat_surface
 
+BESIDE = 12  # samples over whose median single outliers vanish
+
 
 @dataclass(frozen=True)
 class SplatView:
-    """``T_camera_scene`` is a rigid motion; surface, image and rim are in the camera frame, raw scene units."""
+    """``T_camera_scene`` is a rigid motion; surface, image and rim are in the camera frame, raw scene units.
+    ``thinned``: every how many-th surface sample stands for the others in ``neighbourhoods``."""
 
     T_camera_scene: Similarity
     surface: SplatSurface
     image: CameraImage
     rim: Rim
     notices: tuple[Notice, ...] = ()
+    thinned: int = 1
 
     @cached_property
     def tree(self) -> cKDTree:
@@ -37,10 +41,21 @@ class SplatView:
 
     @cached_property
     def neighbourhoods(self) -> NDArray[np.int64]:
-        """The tenth (M, M / 10) of all surface samples nearest to each, nearest first; of few samples 20."""
+        """The tenth (M, M / 10) of all surface samples nearest to each, of few samples 20; of them those that stand
+        for the others."""
         samples = self.surface.samples
-        count = min(max(20, len(samples) // 10), len(samples))
-        return nearest_neighbours(self.tree, samples, k=range(1, count + 1))[1]
+        count = max(20, len(samples) // 10) // self.thinned
+        members = np.arange(0, len(samples), self.thinned)
+        tree = self.tree if self.thinned == 1 else cKDTree(samples[members])
+        return members[nearest_neighbours(tree, samples, k=range(1, min(count, len(members)) + 1))[1]]
+
+    @cached_property
+    def beside(self) -> NDArray[np.int64]:
+        """The ``BESIDE`` surface samples (M, 12) nearest to each; of fewer samples all."""
+        count = min(BESIDE, len(self.surface.samples))
+        if self.thinned == 1:
+            return self.neighbourhoods[:, :count]
+        return nearest_neighbours(self.tree, self.surface.samples, k=range(1, count + 1))[1]
 
 
 def splat_view(
@@ -50,6 +65,7 @@ def splat_view(
     *,
     surface_of: Callable[..., SplatSurface] = splat_surface,
     image_options: CameraImageOptions | None = None,
+    thinned: int = 1,
     seed: int = 0,
 ) -> SplatView:
     """View of the organ's opaque ``centres`` (N, 3) and of the rest of the scene ``others`` (K, 3), scene frame."""
@@ -58,7 +74,7 @@ def splat_view(
     surface = surface_of(T_camera_scene.apply(centres), seed=seed)
     surface = _in_front(surface)
     image = camera_image(surface, T_camera_scene.apply(others), fov_deg=camera.fov_deg, options=image_options)
-    return SplatView(T_camera_scene, surface, image, find_rim(surface, image), notices)
+    return SplatView(T_camera_scene, surface, image, find_rim(surface, image), notices, thinned)
 
 
 def look(centres: Array, camera: Camera) -> tuple[Similarity, tuple[Notice, ...]]:

@@ -15,7 +15,6 @@ from ..ground.checks import Array
 from .matches import Deformed, Matches, geman_mcclure
 
 FACING = 0.5  # cosine towards the camera from which depth behind the organ is judged
-SMOOTHED = 12  # samples over whose median single outliers vanish
 WORST = 0.85  # quantile that stands for the worst of a neighbourhood
 
 
@@ -26,7 +25,7 @@ def free_tissue(organ: Deformed, view: SplatView, matches: Matches, tau: float) 
     behind = np.einsum("ij,ij->i", organ.gamma * matches.targets - organ.points[matches.rows], rays)
     facing = -np.einsum("ij,ij->i", matches.normals, rays)
     distance = np.where((behind < 0) | (facing > FACING), np.abs(behind), 0.0)
-    distance = np.median(distance[view.neighbourhoods[:, :SMOOTHED]], axis=1)
+    distance = np.median(distance[view.beside], axis=1)
     number = int(WORST * view.neighbourhoods.shape[1])
     worst = np.partition(distance[view.neighbourhoods], number, axis=1)[:, number]
     return geman_mcclure(np.maximum(worst, distance) ** 2, tau)

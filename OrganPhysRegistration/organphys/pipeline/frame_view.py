@@ -17,6 +17,7 @@ from .registration import RegisterOptions
 from .scene import select_scene
 
 REACH = 0.35  # of the organ's rms radius: how far from where it was the organ is looked for in a cluttered scene
+THINNED = 3  # every third surface sample tells of tissue that is held away
 
 
 @dataclass(frozen=True)
@@ -40,4 +41,4 @@ def frame_view(
         if not inside.any():
             raise InputError("splat: nothing is left where the organ was")
         centres, others = centres[inside], np.concatenate([others, centres[~inside]])
-    return splat_view(centres, others, camera, surface_of=quick_surface, seed=options.seed)
+    return splat_view(centres, others, camera, surface_of=quick_surface, thinned=THINNED, seed=options.seed)

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from ..ground.checks import Array
 
+_AXIS = (1 << 21) - 1  # the most cells along an axis that a key can hold
+
 
 def random_subset(count: int, size: int, seed: int | np.random.Generator) -> NDArray[np.int64]:
     """Sorted indices (min(count, size),) of a uniform subset of range(count)."""
@@ -40,10 +42,15 @@ def cell_keys(points: Array, cell: float) -> NDArray[np.int64]:
     keys = np.zeros(len(points), dtype=np.int64)
     for column in points.T if len(points) else ():  # one pass per axis is cache friendly
         index = ((column - column.min()) / cell).astype(np.int64)
-        if index.max() >= 1 << 21:
+        if index.max() > _AXIS:
             raise ValueError(f"cell: {cell} is too small for an extent of {np.ptp(points, axis=0).max()}")
         keys = (keys << 21) | index
     return keys
+
+
+def cells_of_keys(keys: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Cells (N, 3), counted along the axes, that ``cell_keys`` packed into ``keys`` (N,)."""
+    return np.stack([keys >> 42, (keys >> 21) & _AXIS, keys & _AXIS], axis=1)
 
 
 def one_per_cell(points: Array, cell: float) -> NDArray[np.int64]:

@@ -106,12 +106,12 @@ def clean_points(
     for k in range(options.rounds):
         progress("clean splat", k / (options.rounds + 2))
         rows = np.flatnonzero(keep)
-        spacing = _mean_distance(points[rows], options.neighbours)
+        spacing = mean_distance(points[rows], options.neighbours)
         keep[rows[spacing > options.spread * np.median(spacing)]] = False
     outliers = len(points) - int(keep.sum())
     progress("clean splat", options.rounds / (options.rounds + 2))
     rows = np.flatnonzero(keep)
-    median = float(np.median(_mean_distance(points[rows], options.neighbours)))
+    median = float(np.median(mean_distance(points[rows], options.neighbours)))
     cluster = _clusters(points[rows], options.link * median)
     small = np.bincount(cluster)[cluster] < options.smallest * len(rows)
     keep[rows[small]] = False
@@ -134,7 +134,7 @@ def _clean_by_subset(points: Array, options: CleaningOptions, progress: Progress
     return Cleaning(keep, gone - in_small_clusters, in_small_clusters, judged.spacing / np.sqrt(share))
 
 
-def _mean_distance(points: Array, neighbours: int) -> Array:
+def mean_distance(points: Array, neighbours: int) -> Array:
     """Mean distance (N,) of each point to its nearest neighbours, itself left out."""
     count = min(neighbours, len(points) - 1)
     distance: Array = nearest_neighbours(cKDTree(points), points, k=count + 1)[0][:, 1:].mean(axis=1)
