@@ -203,7 +203,7 @@ def test_recorder_tells_the_same_story(bent_case, bent_result):
     fractions = [part for _, part in told]
     assert {stage for stage, _ in told} == {"elastic"}
     assert fractions == sorted(fractions) and fractions[0] > 0 and fractions[-1] <= 1.0
-    first, last = recorder.steps[0], recorder.steps[-1]
+    first, last = recorder.figures[0], recorder.figures[-1]
     assert last.trim30_splat_to_ct_mm < first.trim30_splat_to_ct_mm
     scene = bent_case.mapped(bent_result[0], bent_case.organ.samples.normalisation.undo(bent_case.organ.samples.points))
     distance = cKDTree(scene).query(bent_case.view.surface.samples)[0] / bent_result[0].pose.scale

@@ -43,7 +43,8 @@ class DefaultMethod:
     """The stages for one case; what several of them need is made once, when it is first needed.
 
     ``quick``: an elastic stage from a pose that it has not begun with before goes on from that pose's short fit, with
-    a few steps of the last two levels alone; and the uncertainty of the result is left out.
+    a few steps of the last two levels alone; and the uncertainty of the result and the figures of the solver's steps
+    are left out.
     """
 
     def __init__(self, case: Case, memory: MethodMemory | None = None, *, quick: bool = False) -> None:
@@ -115,7 +116,7 @@ class DefaultMethod:
             basis=organ.basis,
             z=state.z,
             quadrature_points=organ.elasticity.points,
-            steps=tuple(recorder.steps),
+            steps=() if self.quick else recorder.figures,
             report=report,
             uncertainty=sure.uncertainty,
         )

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from ..align.metrics import trimmed_mean
 from ..align.splat_view import SplatView
 from ..elastic.elastic_registration import ElasticOptions, OuterStep
 from ..elastic.records import ElasticStep
 from ..elastic.reduced_organ import ReducedOrgan
 from ..ground.progress import Progress
 from .method_memory import LevelEnd
+from .recorded_step import RecordedStep
 from .stages import OnSurface
 
 
@@ -31,7 +30,7 @@ class ElasticRecorder:
         self.rest_ct = organ.samples.normalisation.undo(organ.samples.points)
         self.total = sum(level.steps for level in options.levels)
         self.before = np.cumsum([0, *(level.steps for level in options.levels)])
-        self.steps: list[ElasticStep] = []
+        self.steps: list[RecordedStep] = []
         self.ends: dict[int, LevelEnd] = {}
         self._first, self._level, self._in_level = 0, 0, 0
 
@@ -44,25 +43,13 @@ class ElasticRecorder:
         self._in_level = self._in_level + 1 if level == self._level else 1
         self._level = level
         self.progress("elastic", float(self.before[level] + self._in_level) / self.total)
-        state, length = step.state, self.organ.samples.normalisation.length
-        surface = state.pose.apply(self.organ.points(state.z))
         if self.on_surface is not None:
+            surface = step.state.pose.apply(self.organ.points(step.state.z))
             self.on_surface(self.rest_ct, self.view.T_camera_scene.inverse().apply(surface))
-        to_mm = length / state.pose.scale
-        to_ct = cKDTree(surface).query(self.view.surface.samples)[0] * to_mm
-        to_splat = self.view.tree.query(surface[:: max(1, len(surface) // 2000)])[0] * to_mm
-        determinants = self.organ.elasticity.determinants(state.z)
-        self.steps.append(
-            ElasticStep(
-                alpha=step.alpha,
-                trim30_splat_to_ct_mm=trimmed_mean(to_ct),
-                mean_ct_to_splat_mm=float(to_splat.mean()),
-                trim30_ct_to_splat_mm=trimmed_mean(to_splat),
-                volume_drift_percent=100 * float(determinants.mean() - 1),
-                min_det_f=float(determinants.min()),
-                largest_move_mm=step.move * length,
-                energy=self.organ.elasticity.energy(state.z),
-                evaluations=step.evaluations,
-            )
-        )
-        self.ends[level] = LevelEnd(state, tuple(self.steps), step.move)
+        self.steps.append(RecordedStep(step, self.organ, self.view))
+        self.ends[level] = LevelEnd(step.state, tuple(self.steps), step.move)
+
+    @property
+    def figures(self) -> tuple[ElasticStep, ...]:
+        """Of all steps."""
+        return tuple(step.figures for step in self.steps)

@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ..elastic.elastic_registration import ElasticLevel, ElasticState
-from ..elastic.records import ElasticStep
 from ..ground.frames import Similarity
 from ..ground.solve_report import SolveReport, Stop
+from .recorded_step import RecordedStep
 
 Levels = tuple[ElasticLevel, ...]
 MOST = 64  # states kept; the oldest go first
@@ -22,13 +22,13 @@ class LevelEnd:
     """State at the end of a level, the steps taken until then, all levels together, and the last one's move."""
 
     state: ElasticState
-    steps: tuple[ElasticStep, ...]
+    steps: tuple[RecordedStep, ...]
     move: float
 
     def report(self, tolerance: float) -> SolveReport:
         """Why the solver stopped here, as if all steps had been taken in one go."""
         stop = Stop.CONVERGED if self.move < tolerance else Stop.STEP_LIMIT
-        return SolveReport(stop, len(self.steps), sum(step.evaluations for step in self.steps), self.move)
+        return SolveReport(stop, len(self.steps), sum(one.step.evaluations for one in self.steps), self.move)
 
 
 @dataclass
