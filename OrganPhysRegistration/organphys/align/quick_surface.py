@@ -17,7 +17,7 @@ from .splat_surface import SplatSurface, SplatSurfaceOptions, enough, rms_radius
 from .surface_patches import on_patches
 
 QUICK = SplatSurfaceOptions(samples=1800)
-MEASURED = 2000  # points by which the spacing is measured
+MEASURED = 1000  # points by which the spacing is measured
 
 
 def quick_surface(centres: Array, *, options: SplatSurfaceOptions = QUICK, seed: int = 0) -> SplatSurface:

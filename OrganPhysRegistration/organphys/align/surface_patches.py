@@ -22,7 +22,8 @@ def on_patches(points: Array, samples: Array, normals: Array, *, neighbours: int
 
     Returns the new places and the patches' unit normals there, on the side of ``normals`` (M, 3). Lengths in any unit.
     """
-    index = nearest_neighbours(cKDTree(points), samples, k=min(neighbours, len(points)))[1]
+    tree = cKDTree(points, balanced_tree=False)  # built in half of the time, and asked once
+    index = nearest_neighbours(tree, samples, k=min(neighbours, len(points)))[1]
     offset = points[index] - samples[:, None]
     normals = _of_plane(offset, normals)
     first, second = tangent_axes(normals)

@@ -7,6 +7,7 @@ quadratic-plus-elastic sub-problem. The stiffness alpha and the robust width tau
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -23,6 +24,7 @@ from .data_terms import DataOptions, organ_matches, rim_matches, splat_matches
 from .held_tissue import free_tissue
 from .joint_scale import ScalePrior, data_quadratic, solve
 from .landmark_matches import landmark_matches
+from .load_prior import load_hessian
 from .matches import Deformed, Matches
 from .reduced_organ import ReducedOrgan
 from .temporal_prior import TemporalPrior
@@ -142,23 +144,28 @@ def register_elastically(
     state = resume or ElasticState(np.zeros((organ.basis.size, 3)), 1.0, start)
     stiffer = _stiffer(organ, view, start, options)
     count, move, evaluations = 0, np.inf, 0
-    for number, level in enumerate(options.levels):
-        state = state.without_rigid_part(organ) if state.z.any() else state
-        alpha = stiffer * level.alpha
-        prior = scale_prior(state.start)
-        for _ in range(level.steps):
-            shape = state.deformed(organ)
-            matches = find_matches(organ, shape, view, chosen, level.tau, options.data, landmarks)
-            if matches.weights.sum() < TOO_LITTLE:
-                return state, SolveReport(Stop.NO_DATA, count, evaluations, move)
-            data = data_quadratic(organ, matches, shape.points, state.gamma, prior)
-            data = data if prior_on_z is None else prior_on_z.added_to(data)
-            z, gamma, spent = solve(organ, data, alpha, level.loads, state.z, state.gamma, steps=options.inner_steps)
-            move = float(np.abs(organ.phi @ (z - state.z)).max()) + abs(gamma - state.gamma)
-            state, count, evaluations = ElasticState(z, gamma, state.start), count + 1, evaluations + spent
-            on_step(OuterStep(number, alpha, state, move, spent, len(matches.rows)))
-            if move < options.move_tolerance:
-                break
+    with ThreadPoolExecutor(1) as beside:  # the load prior needs the state alone, the data the matches
+        for number, level in enumerate(options.levels):
+            state = state.without_rigid_part(organ) if state.z.any() else state
+            alpha = stiffer * level.alpha
+            prior = scale_prior(state.start)
+            for _ in range(level.steps):
+                load = beside.submit(load_hessian, organ, state.z) if level.loads else None
+                shape = state.deformed(organ)
+                matches = find_matches(organ, shape, view, chosen, level.tau, options.data, landmarks)
+                if matches.weights.sum() < TOO_LITTLE:
+                    return state, SolveReport(Stop.NO_DATA, count, evaluations, move)
+                data = data_quadratic(organ, matches, shape.points, state.gamma, prior)
+                data = data if prior_on_z is None else prior_on_z.added_to(data)
+                z, gamma, spent = solve(
+                    organ, data, alpha, level.loads, state.z, state.gamma,
+                    steps=options.inner_steps, load=None if load is None else load.result(),
+                )  # fmt: skip
+                move = float(np.abs(organ.phi @ (z - state.z)).max()) + abs(gamma - state.gamma)
+                state, count, evaluations = ElasticState(z, gamma, state.start), count + 1, evaluations + spent
+                on_step(OuterStep(number, alpha, state, move, spent, len(matches.rows)))
+                if move < options.move_tolerance:
+                    break
     stop = Stop.CONVERGED if move < options.move_tolerance else Stop.STEP_LIMIT
     return state, SolveReport(stop, count, evaluations, move)
 

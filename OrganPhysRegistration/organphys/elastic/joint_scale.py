@@ -20,6 +20,7 @@ from .matches import Matches
 from .reduced_organ import ReducedOrgan
 
 PINNED = 1e6  # stiffness that holds gamma where the unit is known
+PAIRS = tuple((a, b) for a in range(3) for b in range(a, 3))
 
 
 @dataclass(frozen=True)
@@ -63,11 +64,9 @@ def data_quadratic(organ: ReducedOrgan, matches: Matches, points: Array, gamma: 
     phi, n = organ.phi[rows], organ.phi.shape[1]
     hessian, linear = np.zeros((3 * n + 1, 3 * n + 1)), np.zeros(3 * n + 1)
     blocks = hessian[:-1, :-1].reshape(n, 3, n, 3)
-    for a in range(3):
-        for b in range(a, 3):
-            block = phi.T @ (2 * summed[:, a, b, None] * phi)
-            blocks[:, a, :, b] = block
-            blocks[:, b, :, a] = block.T
+    for (a, b), block in zip(PAIRS, _products(phi, 2 * summed), strict=True):
+        blocks[:, a, :, b] = block
+        blocks[:, b, :, a] = block.T
     rest = organ.samples.points[rows]
     hessian[:-1, -1] = hessian[-1, :-1] = -2 * (phi.T @ pulled).ravel()
     hessian[-1, -1] = 2 * float((matches.targets * metric_targets).sum())
@@ -81,6 +80,16 @@ def data_quadratic(organ: ReducedOrgan, matches: Matches, points: Array, gamma: 
     return Quadratic(hessian, linear)
 
 
+def _products(phi: Array, metric: Array) -> list[Array]:
+    """Phi^T W Phi (n, n) with W each of the upper entries of metrics (U, 3, 3): in one matrix product."""
+    count, n = phi.shape
+    weighted = np.empty((count, len(PAIRS), n))
+    for k, (a, b) in enumerate(PAIRS):
+        np.multiply(metric[:, a, b, None], phi, out=weighted[:, k])
+    products = (phi.T @ weighted.reshape(count, -1)).reshape(n, len(PAIRS), n)
+    return [products[:, k] for k in range(len(PAIRS))]
+
+
 def _by_sample(rows: NDArray[np.int64], metric: Array, pulls: Array) -> tuple[NDArray[np.int64], Array, Array]:
     """Organ samples (U,) with matches, their summed metrics (U, 3, 3) and pulls (U, 3): a sample stands in several
     matches, and its basis functions are the same in all of them."""
@@ -90,16 +99,25 @@ def _by_sample(rows: NDArray[np.int64], metric: Array, pulls: Array) -> tuple[ND
 
 
 def solve(
-    organ: ReducedOrgan, data: Quadratic, alpha: float, loads: float, z: Array, gamma: float, *, steps: int
+    organ: ReducedOrgan,
+    data: Quadratic,
+    alpha: float,
+    loads: float,
+    z: Array,
+    gamma: float,
+    *,
+    steps: int,
+    load: Array | None = None,
 ) -> tuple[Array, float, int]:
     """A few L-BFGS steps from (z, gamma), preconditioned with the Hessian at rest: Z, gamma and evaluations spent.
 
-    ``alpha``: weight of the prior, of which the share ``loads`` is the load prior and the rest elastic energy.
+    ``alpha``: weight of the prior, of which the share ``loads`` is the load prior and the rest elastic energy;
+    ``load``: Hessian of the load prior at z, where it is known already.
     """
     elastic = alpha * (1 - loads)
     if loads:
         data = replace(data, hessian=data.hessian.copy())
-        data.hessian[:-1, :-1] += alpha * loads * load_hessian(organ, z)
+        data.hessian[:-1, :-1] += alpha * loads * (load_hessian(organ, z) if load is None else load)
     preconditioner = data.hessian.copy()
     preconditioner[:-1, :-1] += elastic * organ.rest_hessian
     factor = scipy.linalg.cho_factor(preconditioner, lower=True, check_finite=False)

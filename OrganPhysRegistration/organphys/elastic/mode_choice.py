@@ -21,6 +21,7 @@ from ..ground.frames import Similarity, rotation_angle
 from ..ground.progress import Progress, no_progress
 from .elastic_registration import ElasticOptions, ElasticState, register_elastically
 from .joint_scale import ScalePrior
+from .matches import Deformed
 from .reduced_organ import ReducedOrgan
 from .visibility import visibility
 
@@ -111,10 +112,14 @@ def choose_mode(
 
 
 def elastic_score(
-    organ: ReducedOrgan, view: SplatView, state: ElasticState, landmarks: LandmarkPrior | None = None
+    organ: ReducedOrgan,
+    view: SplatView,
+    state: ElasticState,
+    landmarks: LandmarkPrior | None = None,
+    shape: Deformed | None = None,
 ) -> ElasticScore:
-    """Score of a deformed organ."""
-    shape, pose, tau2 = state.deformed(organ), state.pose, SCORE_TAU**2
+    """Score of a deformed organ; ``shape``: that of ``state``, where it is known already."""
+    shape, pose, tau2 = shape or state.deformed(organ), state.pose, SCORE_TAU**2
     seen = visibility(shape, view, SCORE_TAU)
     tree = cKDTree(np.hstack([seen.points / pose.scale, 0.3 * pose.turn(shape.normals)]))
     surface = view.surface

@@ -32,7 +32,7 @@ class FollowOptions:
     ``by``, or where the share of its surface that is seen falls below ``seen`` of the usual one; then the whole search
     is run on that frame, unless ``restart`` is off."""
 
-    damping: float = 0.02
+    damping: float = 0.01
     ahead: float = 0.5
     scale_percent: float = 0.0
     steps: int = 4
@@ -81,11 +81,10 @@ def follow_on(
 
 def judged(organ: ReducedOrgan, view: SplatView, state: ElasticState) -> Fit:
     """How well a state with gamma = 1 fits a frame."""
-    surface = state.pose.apply(organ.points(state.z))
-    to_mm = organ.samples.normalisation.length / state.pose.scale
-    distance = cKDTree(surface).query(view.surface.samples)[0] * to_mm
-    seen = visibility(state.deformed(organ), view, SCORE_TAU)
-    score = elastic_score(organ, view, state).total
+    shape, to_mm = state.deformed(organ), organ.samples.normalisation.length / state.pose.scale
+    seen = visibility(shape, view, SCORE_TAU)
+    distance = cKDTree(seen.points).query(view.surface.samples)[0] * to_mm
+    score = elastic_score(organ, view, state, shape=shape).total
     return Fit(state, score, float(trimmed_mean(distance)), float(seen.front.mean()))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -13,7 +14,8 @@ from scipy.spatial import cKDTree
 from ..ground.checks import Array
 
 MOST_THREADS = 8
-FEW = 2000  # points: threads are not worth their start for fewer
+FEW = 2000  # points with one neighbour each: threads are not worth their start for fewer
+MORE = 0.1  # what every further neighbour takes, beside the first
 CELLS = 32  # along the longest side, by which scattered points are put in order
 SCATTERED = 0.05  # of the longest side: median way from one point to the next, above which they are
 
@@ -24,7 +26,7 @@ def nearest_neighbours(tree: cKDTree, points: Array, **options: Any) -> tuple[Ar
     With cKDTree's own ``workers`` an exception from a signal leaves threads behind that write into freed memory.
     These threads own what they write, and the block waits for them.
     """
-    if len(points) < FEW:
+    if len(points) * (1 + MORE * _furthest(options.get("k", 1))) < FEW:
         distance, index = tree.query(points, **options)
         return distance, index
     order = _order(points)
@@ -34,6 +36,10 @@ def nearest_neighbours(tree: cKDTree, points: Array, **options: Any) -> tuple[Ar
     distance, index = np.empty_like(sorted_distance), np.empty_like(sorted_index)
     distance[order], index[order] = sorted_distance, sorted_index
     return distance, index
+
+
+def _furthest(k: int | Sequence[int]) -> int:
+    return k if isinstance(k, int) else max(k)
 
 
 def _in_threads(tree: cKDTree, points: Array, options: dict[str, Any]) -> tuple[Array, NDArray[np.int64]]:
