@@ -207,3 +207,21 @@ def test_rim_normals_point_outward_up_to_a_cut():
     assert len(rim.points) > 60
     off = np.degrees(np.arccos(cosine.clip(-1, 1)))
     assert off.max() < 45 and np.quantile(off, 0.9) < 10  # 118 degrees where the cut is smoothed in
+
+
+def test_a_cut_just_before_the_surface_turns_away_is_no_rim():
+    """Its cosine falls fast towards the cut, as at an outline, but not towards 0."""
+    surface = dome_cut_at(0.1)
+    pixel = camera_image(surface, NOTHING, fov_deg=100.0).pixel * DEPTH
+    square = np.clip(0.32 + 0.08 * (0.1 - surface.points[:, :1]) / pixel, 0.0, 1.0)
+    ray = surface.points / np.linalg.norm(surface.points, axis=1, keepdims=True)
+    aside = np.array([1.0, 0.0, 0.0]) - ray[:, :1] * ray
+    aside /= np.linalg.norm(aside, axis=1, keepdims=True)
+    near = square < 1  # further in, the dome goes on to its own outline
+    surface = replace(
+        surface, normals=np.where(near, np.sqrt(1 - square) * aside - np.sqrt(square) * ray, surface.normals)
+    )
+    image = camera_image(surface, NOTHING, fov_deg=100.0)
+    rim = find_rim(surface, image, shift_pixels=0.0).points * DEPTH
+    assert len(rim) > 60
+    assert not (rim[:, 0] > 0.1 - 3 * pixel).any()

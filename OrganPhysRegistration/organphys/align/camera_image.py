@@ -14,14 +14,15 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from ..ground.checks import Array
-from .cut_edges import beyond_cuts
+from .cut_edges import Edge, beyond_cuts
 from .splat_surface import SplatSurface
 
 Mask = NDArray[np.bool_]
 
 UNSEEN = 0.8  # cost of organ tissue that faces the camera where nothing is known, or huge organs hide outside the view
 BEYOND_CUT = 0.3  # the same beyond a cut edge, where tissue is expected: a little more than where an organ fits
-OFF_CUT = 6  # pixels from a cut within which an outline may belong to the cut
+OFF_CUT = 6  # pixels from what lies beyond a cut within which an outline may belong to the cut
+OFF_DOUBT = 8  # pixels from where the surface may have been cut within which no outline counts as true rim
 OFF_EDGE = 1e-6  # pixels between the outermost points and the edge of theirs: on it, rounding would choose the pixel
 
 
@@ -42,23 +43,20 @@ class CameraImage:
     """Images of shape (W, H), first axis x. ``pixel`` and ``low`` are in units of the image plane at z = 1.
 
     mask: organ seen; unknown: nothing can be said (tool, hole, outside the view, behind another organ, beyond a cut);
-    neither: known empty; beyond: of the unknown, what lies beyond a cut. front (W, H): index of the nearest splat
-    point; nearest (2, W, H): nearest mask pixel; gap (W, H): distance to it in image-plane units.
+    neither: known empty; beyond: of the unknown, what lies beyond a cut; rim_pixels: boundary pixels of the mask that
+    are the organ's true rim, clear of the unknown, and more so of what was or may have been cut. front (W, H): index of
+    the nearest splat point; nearest (2, W, H): nearest mask pixel; gap (W, H): distance to it in image-plane units.
     """
 
     mask: Mask
     unknown: Mask
     beyond: Mask
+    rim_pixels: Mask
     front: NDArray[np.int32]
     nearest: NDArray[np.int32]
     gap: NDArray[np.float32]
     pixel: float
     low: Array
-
-    @cached_property
-    def rim_pixels(self) -> Mask:
-        """Boundary pixels of the mask that are the organ's true rim: clear of the unknown, and more so of cuts."""
-        return outline(self.mask, self.unknown) & ~ndimage.binary_dilation(self.beyond, iterations=OFF_CUT)
 
     @cached_property
     def unseen_cost(self) -> NDArray[np.float32]:
@@ -108,11 +106,17 @@ def camera_image(
         occluder = _nearest_distance(others, low, pixel, (width, height))
         unknown |= ~mask & (occluder < organ_distance + options.behind * surface.radius)
     facing = -np.einsum("ij,ij->i", surface.normals, surface.points) / distance
-    beyond = ~mask & beyond_cuts(outline(mask, unknown), surface.plane_tree, facing, low, pixel)
+    cut = doubtful = edges = outline(mask, unknown)
+    if edges.any():
+        edge = Edge.of(edges, surface.plane_tree, facing, low, pixel)
+        cut = edge.cut()
+        doubtful = edge.doubtful(cut)
+    beyond = ~mask & beyond_cuts(edges, cut)
     return CameraImage(
         mask=mask,
         unknown=unknown | beyond,
         beyond=beyond,
+        rim_pixels=_clear_of(_clear_of(outline(mask, unknown | beyond), beyond, OFF_CUT), doubtful, OFF_DOUBT),
         front=filled.astype(np.int32),
         nearest=nearest.astype(np.int32),
         gap=(gap * pixel).astype(np.float32),
@@ -125,6 +129,11 @@ def outline(mask: Mask, unknown: Mask) -> Mask:
     """Boundary pixels of the mask more than three pixels from the unknown."""
     boundary = mask & ~ndimage.binary_erosion(mask)
     return boundary & ~ndimage.binary_dilation(unknown, iterations=3)
+
+
+def _clear_of(pixels: Mask, others: Mask, away: float) -> Mask:
+    """The ``pixels`` that lie more than ``away`` pixels from all ``others``."""
+    return pixels & (ndimage.distance_transform_edt(~others) > away) if others.any() else pixels
 
 
 def _frontmost(index: NDArray[np.int64], distance: Array, shape: tuple[int, int]) -> NDArray[np.int64]:

@@ -55,3 +55,17 @@ class PointGroups:
         first, size = begin[:-1][found], size[found]
         out[found] = (ranked[first + (size - 1) // 2] + ranked[first + size // 2]) / 2
         return out
+
+    def line_at_zero(self, along: Array, values: Array) -> Array:
+        """Value (K,) at 0 of the line fitted to the points' ``values`` (N,) against ``along`` (P,) of the pairs; nan
+        where fewer than three points, or none apart from the others, hold it."""
+        value = values[self.member]
+        count, first, second, height, product = (
+            np.bincount(self.place, weight, self.count)
+            for weight in (np.ones(len(along)), along, along**2, value, along * value)
+        )
+        spread = count * second - first**2
+        held = (count >= 3) & (spread > 1e-6 * count * second)
+        found = np.full(self.count, np.nan)
+        found[held] = ((second * height - first * product)[held]) / spread[held]
+        return found
