@@ -18,11 +18,16 @@ from organphys.asset.asset_file import load_asset
 from organphys.ground.checks import InputError, one_line
 from organphys.ground.npy_header import npy_header
 from organphys.ground.strict_json import parse_json
+from organphys.pipeline.batch_table import read_batch
 from organphys.pipeline.points_file import read_points
+from organphys.points.point_sets import Landmarks
 from organphys.readers.gaussian_ply import read_splat
+from organphys.readers.landmark_pairs import paired_landmarks
 from organphys.readers.landmarks_file import read_landmarks
 from organphys.readers.pins_file import read_pins
+from organphys.readers.roi_file import read_box
 from organphys.readers.segmentation_file import describe_segmentation
+from organphys.readers.trajectory_file import read_trajectory
 
 MARKUPS = '{"markups": [{"type": "Fiducial", "controlPoints": [{"position": [1, 2, 3], "description": "%s"}]}]}'
 NRRD = "NRRD0004\ntype: %s\ndimension: 3\nsizes: 4 4 4\nspace origin: (0,0,0)\nencoding: raw\n"
@@ -130,6 +135,32 @@ def test_descriptions_and_tables_of_any_length_take_no_time(tmp_path: Path) -> N
     (tmp_path / "a.nii").write_bytes(bytes(content) + table + bytes(512))
     assert describe_segmentation(tmp_path / "a.nii").labels == ()
     assert time.process_time() - began < 5
+
+
+def test_no_length_takes_the_square_of_its_time(tmp_path: Path) -> None:
+    """Members of JSON, columns of a batch, labels of landmarks: each took a minute and more."""
+    (tmp_path / "a.json").write_text("{" + ",".join(f'"a{k}":0' for k in range(60_000)) + ',"a59999":1}')
+    refused(read_box, tmp_path / "a.json", "twice", megabytes=60)
+    (tmp_path / "a.csv").write_text(",".join(f"x{k}" for k in range(60_000)) + "\n1\n")
+    refused(read_batch, tmp_path / "a.csv", "unknown", megabytes=60)
+    names = tuple(f"L{k}" for k in range(100_000))
+    marks = Landmarks(np.zeros((len(names), 3)), names)
+    began = time.process_time()
+    assert paired_landmarks(marks, marks).pairs == tuple(range(len(names)))
+    assert time.process_time() - began < 5
+
+
+def test_short_rows_of_a_long_trajectory(tmp_path: Path) -> None:
+    """Each direction was turned by itself, in five times the time; cells as texts took twice the memory."""
+    rows = "0,10,20,30,0,0,1\n" * 30_000
+    (tmp_path / "a.csv").write_text(f"# frame: ct\ntime_s,x,y,z,dx,dy,dz\n{rows}")
+    refused(read_trajectory, tmp_path / "a.csv", "times must rise", megabytes=18)
+
+
+def test_a_long_line_of_a_ply_header_is_not_taken_apart(tmp_path: Path) -> None:
+    line = b"property float x" + b" rot_1" * 150_000
+    (tmp_path / "a.ply").write_bytes(b"ply\nformat ascii 1.0\nelement vertex 1\n" + line + b"\nend_header\n1\n")
+    refused(read_splat, tmp_path / "a.ply", "not understood", megabytes=7)
 
 
 def test_counts_that_no_file_holds(tmp_path: Path) -> None:

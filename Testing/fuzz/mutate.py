@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from mutate_archive import mutate_archive
 from mutate_bytes import Rng, mutate_bytes, pick
+from mutate_grown import grown
 from mutate_json import mutate_json
 from mutate_lines import mutate_lines
 from mutate_volume import mutate_nifti, mutate_packed_nifti, mutate_text_volume
@@ -65,7 +66,8 @@ def seed_of_input(reader: str, campaign_seed: int, index: int) -> Rng:
 
 
 def mutated(corpus: Mapping[str, bytes], rng: Rng) -> tuple[str, bytes]:
-    """Name and content of one input; one in a hundred is a seed as it is, or one under another's name."""
+    """Name and content of one input: one in a hundred is a seed as it is, or one under another's name, one in five
+    hundred a long one."""
     names = tuple(sorted(corpus))
     name = pick(rng, names)
     content, kind = corpus[name], rng.random()
@@ -73,5 +75,7 @@ def mutated(corpus: Mapping[str, bytes], rng: Rng) -> tuple[str, bytes]:
         return name, content
     if kind < 0.01:
         return name, corpus[pick(rng, names)]
+    if kind < 0.012:
+        return name, grown(name, content, rng)
     ending = next(e for e in BY_ENDING if name.endswith(e))
     return name, BY_ENDING[ending](content, rng)

@@ -80,7 +80,7 @@ def mutate_array(data: bytes, rng: Rng) -> bytes:
     if kind < 0.4 and data[:6] == b"\x93NUMPY":
         try:
             array = load_member(data)
-            return _saved(_reshaped(array, rng))
+            return saved(_reshaped(array, rng))
         except (ValueError, EOFError, TypeError):
             return data[:-1]
     shape = ", ".join(str(pick(rng, INTEGERS)) for _ in range(int(rng.integers(0, 5))))
@@ -125,7 +125,7 @@ def _numbers(data: bytes, rng: Rng) -> bytes:
         array.ravel()[int(rng.integers(array.size))] = value
         if rng.random() < 0.2:
             array[...] = value
-    return _saved(array)
+    return saved(array)
 
 
 def _nested(data: bytes, rng: Rng) -> bytes:
@@ -134,10 +134,11 @@ def _nested(data: bytes, rng: Rng) -> bytes:
     if at < 0:
         return mutate_bytes(data, rng)
     inner = mutate_archive(data[at:], rng)
-    return _saved(np.frombuffer(inner, dtype=np.uint8))
+    return saved(np.frombuffer(inner, dtype=np.uint8))
 
 
-def _saved(array: np.ndarray) -> bytes:
+def saved(array: np.ndarray) -> bytes:
+    """The array as a .npy."""
     buffer = io.BytesIO()
     np.save(buffer, array, allow_pickle=False)
     return buffer.getvalue()

@@ -28,10 +28,10 @@ def mutate_json(content: bytes, rng: Rng) -> bytes:
 
 def edited(tree: Any, rng: Rng) -> Any:
     """The tree, changed in place: one value exchanged, left out, doubled or renamed."""
-    places = _places(tree)
-    if not places:
+    found = places(tree)
+    if not found:
         return pick(rng, JSON_VALUES)
-    holder, key = places[int(rng.integers(len(places)))]
+    holder, key = found[int(rng.integers(len(found)))]
     kind = rng.random()
     if kind < 0.5:
         holder[key] = copy.deepcopy(pick(rng, JSON_VALUES))
@@ -44,12 +44,13 @@ def edited(tree: Any, rng: Rng) -> Any:
     elif kind < 0.9 and isinstance(holder, dict):
         holder[str(pick(rng, TEXTS))] = holder.pop(key)
     else:
-        source, name = places[int(rng.integers(len(places)))]
+        source, name = found[int(rng.integers(len(found)))]
         holder[key] = copy.deepcopy(source[name])
     return tree
 
 
-def _places(tree: Any) -> list[Place]:
+def places(tree: Any) -> list[Place]:
+    """Every value of a tree, as the container and its key."""
     out: list[Place] = []
     waiting = [tree]
     while waiting and len(out) < 3000:

@@ -103,7 +103,7 @@ TARGETS = {
     "points": Target(read_points, lambda name, content, got: points_problem(got), 36.0),
     "asset": Target(load_asset, lambda name, content, got: organ_problem(got), 3.0),
     "sequence": Target(load_sequence, lambda name, content, got: sequence_problem(got), 4.0),
-    "recording": Target(load_recording, lambda name, content, got: recording_problem(got), 3.0),
+    "recording": Target(load_recording, lambda name, content, got: recording_problem(got), 12.0),
     "case": Target(load_case, _case_problem, 32.0),
     "outcome": Target(_outcome, lambda name, content, got: outcome_problem(got), 4.0),
     "times": Target(

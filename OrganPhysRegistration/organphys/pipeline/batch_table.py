@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from ..ground.checks import InputError
 from .batch_records import BatchCase
 from .batch_row import RowReader
 
-MOST_BYTES, MOST_CASES, MOST_TOLD = 20_000_000, 100_000, 10
+MOST_BYTES, MOST_CASES, MOST_TOLD = 20_000_000, 5_000, 10
 
 
 def read_batch(path: str | Path) -> list[BatchCase]:
@@ -69,7 +70,7 @@ def _columns(table: Path, names: list[str], reader: RowReader) -> list[str]:
     """The names of the header's columns; "--mm-per-unit" and "MM_per_unit" are the same."""
     columns = [name.lower().lstrip("-").replace("-", "_") for name in names]
     unknown = [name for name, column in zip(names, columns, strict=True) if column not in reader.columns]
-    double = sorted({name for name in columns if columns.count(name) > 1})
+    double = sorted(name for name, times in Counter(columns).items() if times > 1)
     missing = [name for name in reader.needed if name not in columns]
     for wrong, words in ((unknown, "unknown"), (double, "given twice"), (missing, "missing")):
         if wrong:

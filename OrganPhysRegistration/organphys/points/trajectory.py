@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..ground.checks import Array, InputError, as_points, one_of
-from ..ground.frames import MM_PER_UNIT, Similarity, rotation_about, rotation_between
+from ..ground.frames import MM_PER_UNIT, Similarity, rotation_about
 
 FRAMES = ("scene", "ct", "m")
 UNITS = {"scene": ("scene", "m", "cm", "mm"), "ct": ("mm", "cm", "m"), "m": ("m", "cm", "mm")}  # the first: if not said
@@ -134,8 +134,18 @@ def rotation_along(direction: Array, roll_deg: float) -> Array:
 
     At roll 0 it is turned the shortest way from pointing along +z with its hinge along +x.
     """
-    z = direction / np.linalg.norm(direction)
-    return rotation_about(z, np.radians(roll_deg)) @ rotation_between(np.array([0.0, 0.0, 1.0]), z)
+    return rotations_along(np.asarray(direction, dtype=np.float64)[None], np.array([roll_deg]))[0]
+
+
+def rotations_along(directions: Array, roll_deg: Array) -> Array:
+    """The same (N, 3, 3) for directions (N, 3) and turns (N,): half a turn about +z, then one about the bisector."""
+    z = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    bisector = z + np.array([0.0, 0.0, 1.0])
+    length = np.linalg.norm(bisector, axis=1, keepdims=True)
+    bisector = np.where(length < 1e-8, [0.0, 1.0, 0.0], bisector / np.maximum(length, 1e-8))  # along -z: any
+    half_turn = 2 * bisector[:, :, None] * bisector[:, None, :] - np.eye(3)
+    roll: Array = Rotation.from_rotvec(np.radians(roll_deg)[:, None] * z).as_matrix()
+    return roll @ (half_turn * [-1.0, -1.0, 1.0])
 
 
 def _column(values: ArrayLike, name: str, count: int) -> Array:

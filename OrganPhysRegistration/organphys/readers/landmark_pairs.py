@@ -24,7 +24,8 @@ def paired_landmarks(landmarks: Landmarks, places: Landmarks) -> Landmarks:
     """``landmarks`` of the CT with ``places``, points on the splat (raw scene units), matched by label or by order."""
     names, labels = landmarks.names, places.names
     if labels and set(labels) <= set(names) and len(set(labels)) == len(labels) and len(set(names)) == len(names):
-        pairs = tuple(names.index(label) for label in labels)
+        place = {name: k for k, name in enumerate(names)}
+        pairs = tuple(place[label] for label in labels)
     elif len(places.points_ct) == len(landmarks.points_ct):
         pairs = tuple(range(len(landmarks.points_ct)))
     else:

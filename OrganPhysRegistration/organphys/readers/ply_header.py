@@ -13,6 +13,7 @@ from ..ground.checks import InputError
 
 MAX_HEADER_BYTES = 1_000_000
 MAX_PROPERTIES = 1000
+WORDS = 5  # told apart in a line; the rest of it stays one
 FORMATS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
 TYPES = {
     old_or_new: kind
@@ -92,7 +93,7 @@ def _parse(path: Path, lines: list[bytes], size: int) -> PlyHeader:
     """Lines end at LF alone and words at the white space of ASCII: Python's texts know more of both."""
     kind, comments, elements = "", [], []
     for raw in lines[1:]:
-        words = [word.decode("ascii", errors="replace") for word in raw.split()]
+        words = [word.decode("ascii", errors="replace") for word in raw.split(maxsplit=WORDS)]
         line = raw.decode("ascii", errors="replace").strip()
         match words:
             case ["format", value, *_] if not kind:

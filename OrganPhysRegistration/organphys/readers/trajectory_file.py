@@ -15,6 +15,7 @@ place of the quaternion if wished.
 from __future__ import annotations
 
 import csv
+from array import array
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from ..ground.checks import LARGEST, Array, InputError
 from ..ground.frames import ras_from_lps
-from ..points.trajectory import MOST_POSES, Trajectory, rotation_along
+from ..points.trajectory import MOST_POSES, Trajectory, rotations_along
 from .json_file import read_json, read_text
 from .plain_numbers import number_of, plain_number, plain_numbers
 
@@ -89,38 +90,50 @@ def _directions(table: dict[str, Array]) -> Array:
     if (np.sqrt((directions**2).sum(1)) < 1e-9).any():
         raise InputError("trajectory: a direction dx, dy, dz has no length")
     roll = table.get("roll_deg", np.zeros(len(directions)))
-    return np.stack([rotation_along(d, float(r)) for d, r in zip(directions, roll, strict=True)])
+    return rotations_along(directions, roll)
 
 
 def _csv(path: Path) -> tuple[dict[str, str], dict[str, Array]]:
     """The "# key: value" lines and the columns."""
     header: dict[str, str] = {}
-    rows: list[tuple[int, list[str]]] = []
+    names: list[str] = []
+    values = array("d")  # row by row: cells as texts take several times the memory
     for number, row in enumerate(csv.reader(read_text(path).splitlines()), start=1):
         text = ",".join(row).strip()
         if text.startswith("#"):
             key, _, value = text.lstrip("# ").partition(":")
             header[key.strip().lower()] = value.strip()
         elif text.strip(", "):
-            rows.append((number, [cell.strip() for cell in row]))
-        if len(rows) > MOST_POSES + 1:
+            if names:
+                values.extend(_csv_row(row, len(names), f"{path}: line {number}"))
+            else:
+                names = _csv_names(row, path)
+        if len(values) > MOST_POSES * len(names):
             raise InputError(f"{path}: more than {MOST_POSES} poses; thin them out")
-    if len(rows) < 2:
+    if not values:
         raise InputError(f"{path}: no poses; write a row of column names and one row per pose below it")
-    names = [name.lower() for name in rows[0][1]]
+    table = np.array(values).reshape(-1, len(names))
+    return header, dict(zip(names, table.T, strict=True))
+
+
+def _csv_names(row: list[str], path: Path) -> list[str]:
+    names = [cell.strip().lower() for cell in row]
     unknown = [name for name in names if name not in KNOWN]
     if unknown or len(set(names)) < len(names):
         raise InputError(
             f"{path}: column {(unknown or names)[0][:40]!r} is unknown or twice; known: {', '.join(sorted(KNOWN))}"
         )
-    values = np.empty((len(rows) - 1, len(names)))
-    number = 0
+    return names
+
+
+def _csv_row(row: list[str], count: int, place: str) -> list[float]:
     try:
-        for k, (number, row) in enumerate(rows[1:]):  # noqa: B007 (named in the message)
-            values[k] = [number_of(cell) for cell in row]
-    except ValueError as error:
-        raise InputError(f"{path}: line {number} is not {len(names)} numbers separated by commas") from error
-    return header, dict(zip(names, values.T, strict=True))
+        numbers = [number_of(cell) for cell in row]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count:
+        raise InputError(f"{place} is not {count} numbers separated by commas")
+    return numbers
 
 
 def _json(path: Path) -> tuple[dict[str, str], dict[str, Array]]:
