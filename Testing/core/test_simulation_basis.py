@@ -20,6 +20,8 @@ from organphys.simulation.rest_shape import rest_shape
 from organphys.simulation.state import BodyState, Touch
 from organphys.simulation.stiffness_matrix import stiffness_matrix
 
+NEAR = LocalDetail(radius=0.01, follow=0.2)  # in a small box
+
 
 def test_mass_matrix_is_the_mass_times_the_identity():
     for body in (box_body(), box_body(BOTTOM)):
@@ -34,7 +36,7 @@ def test_mass_matrix_is_the_mass_times_the_identity():
 def test_slopes_of_the_basis_match_differences(local):
     body = box_body()
     if local:
-        body = with_detail(body, np.array([0.05, 0.02, 0.04]), LocalDetail())
+        body = with_detail(body, np.array([0.05, 0.02, 0.04]), NEAR)
     x = np.random.default_rng(0).uniform(0.2, 0.8, (20, 3)) * SIZE
     x[:5] = [0.05, 0.02, 0.037] + 1e-3 * x[:5]
     phi, slopes = body.basis.phi_and_gradient(x)
@@ -126,7 +128,7 @@ def test_local_functions_vanish_at_their_reach_and_have_exact_slopes():
 
 def test_local_columns_are_orthonormal_and_come_and_go_without_a_trace():
     body = box_body(BOTTOM)
-    first = with_detail(body, np.array([0.05, 0.02, 0.04]), LocalDetail())
+    first = with_detail(body, np.array([0.05, 0.02, 0.04]), NEAR)
     weights = first.strain.weights / first.strain.weights.sum()
     n = body.basis.size
     local = first.basis.phi(first.strain.points)[:, n:]
@@ -135,9 +137,7 @@ def test_local_columns_are_orthonormal_and_come_and_go_without_a_trace():
     assert np.abs(local.T @ (weights[:, None] * local) - np.eye(count)).max() < 0.15  # cells resolve the rest coarsely
     state = BodyState.at_rest(first.basis.size)
     z = np.random.default_rng(3).normal(size=(first.basis.size, 3))
-    moved = detail_state(
-        BodyState(z, z, z, z, z), first, with_detail(first, np.array([0.05, 0.02, 0.04]), LocalDetail())
-    )
+    moved = detail_state(BodyState(z, z, z, z, z), first, with_detail(first, np.array([0.05, 0.02, 0.04]), NEAR))
     assert np.allclose(moved.z[:n], z[:n]) and moved.z.shape == state.z.shape
     assert np.allclose(moved.z[n:], z[n:], atol=1e-9)
     assert first.plain is body
@@ -145,7 +145,7 @@ def test_local_columns_are_orthonormal_and_come_and_go_without_a_trace():
 
 def test_local_functions_that_move_on_leave_the_shape_as_it_is(monkeypatch):
     monkeypatch.setattr(local_following, "MOST", 3)
-    body, detail = box_body(BOTTOM), LocalDetail()
+    body, detail = box_body(BOTTOM), NEAR
     first = with_detail(body, np.array([0.05, 0.02, 0.04]), detail)
     size = first.basis.size
     z = 1e-6 * np.random.default_rng(3).normal(size=(size, 3))

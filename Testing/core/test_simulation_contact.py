@@ -215,7 +215,7 @@ def test_held_tissue_may_be_as_deep_as_its_anchor_and_is_pushed_out_as_the_jaws_
 def test_local_functions_follow_the_contact_without_pushing_tissue_into_the_tool():
     body = box_body(BOTTOM, sample_spacing=1e-3)
     slide = [pose(x=0.05 + 0.02 * k / 60, z=TOP - 0.005) for k in range(1, 61)]
-    simulation, reports = driven(body, probe(), poke(0.005, hold=0) + slide, detail=LocalDetail())
+    simulation, reports = driven(body, probe(), poke(0.005, hold=0) + slide, detail=LocalDetail(radius=0.01))
     middle = simulation.scene.bodies[0].basis.local.functions.middle
     assert middle[0] > 0.055  # they went with what the tool touches
     assert max(r.bodies[0].deepest_m for r in reports) < 3e-4

@@ -85,16 +85,16 @@ def advance(
     effort: int,
 ) -> tuple[BodyState, BodyReport]:
     """The body's state ``dt`` s later, for about ``effort``; ``reach``: what tools may touch in the whole step."""
-    ready, spent = prepared(body, state, motion, options, dt, reach), 0
+    ready, spent, most = prepared(body, state, motion, options, dt, reach), 0, int(effort / body.dearness)
     for _ in range(SEARCHES):
         starts = (ready.potential.scheme.predicted, ready.state.z)
-        solved = minimise(ready.potential, starts, state.reference, cache, effort=max(effort - spent, LEAST_EFFORT))
+        solved = minimise(ready.potential, starts, state.reference, cache, effort=max(most - spent, LEAST_EFFORT))
         spent += solved.effort
         more = with_missed(ready, motion, options, solved.at.z)
         if more is None:
             break
         ready = more
-    return outcome(ready, motion, solved._replace(effort=spent), dt)
+    return outcome(ready, motion, solved._replace(effort=round(spent * body.dearness)), dt)
 
 
 class Ready(NamedTuple):

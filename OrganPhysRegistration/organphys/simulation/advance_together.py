@@ -41,17 +41,19 @@ def advance_all(
         for body, state, reach in zip(bodies, states, reaches, strict=True)
     ]
     factors, spent = JointFactors(cache, tuple(state.reference for state in states)), 0
+    dearness = max(body.dearness for body in bodies)
+    most = int(effort / dearness)
     for _ in range(SEARCHES):
         joint = JointPotential(tuple(one.potential for one in ready), pairs)
         predicted = np.concatenate([part.scheme.predicted for part in joint.parts])
         present = np.concatenate([one.state.z for one in ready])
-        solved = minimise(joint, (predicted, present), present, factors, effort=max(effort - spent, LEAST_EFFORT))
+        solved = minimise(joint, (predicted, present), present, factors, effort=max(most - spent, LEAST_EFFORT))
         spent += solved.effort
         more = [with_missed(one, motion, options, at.z) for one, at in zip(ready, solved.at.parts, strict=True)]
         if not any(more):
             break
         ready = [one if other is None else other for one, other in zip(ready, more, strict=True)]
-    gap, solved = max(0.0, -solved.at.pairs.gap), solved._replace(effort=spent)
+    gap, solved = max(0.0, -solved.at.pairs.gap), solved._replace(effort=round(spent * dearness))
     return [
         outcome(one, motion, Solved(at._replace(gradient=solved.at.gradient[rows]), *solved[1:]), dt, deepest=gap)
         for one, at, rows in zip(ready, solved.at.parts, joint.slices, strict=True)

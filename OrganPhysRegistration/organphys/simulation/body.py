@@ -22,6 +22,8 @@ from .sample_basis import SampleBasis
 from .simulation_basis import SimulationBasis
 from .strain_energy import StrainEnergy
 
+NOT_SMALL = 240_000  # numbers in the gradients' matrix, those of 1000 quadrature points and 80 columns
+
 
 @dataclass(frozen=True)
 class Body:
@@ -45,6 +47,13 @@ class Body:
     def samples(self) -> ContactSamples:
         """Contact samples at rest."""
         return self.shape.samples
+
+    @property
+    def dearness(self) -> float:
+        """Cost of a Hessian product with local functions, in parts of one without (and of a body that is not small)."""
+        if self.plain is None:
+            return 1.0
+        return max(1.0, self.strain.rows.size / max(self.plain.strain.rows.size, NOT_SMALL))
 
     @property
     def mass(self) -> float:

@@ -34,9 +34,9 @@ class LocalDetail:
     They follow the contact when it has moved by more than ``follow`` of the radius.
     """
 
-    radius: float = 0.010
+    radius: float = 0.020
     count: int = 16
-    follow: float = 0.2
+    follow: float = 0.3
 
     def __post_init__(self) -> None:
         as_positive(self.radius, "radius of the local detail")

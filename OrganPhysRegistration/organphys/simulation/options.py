@@ -24,9 +24,10 @@ class SimulationOptions:
     "bdf2" (second order). Damping of Rayleigh's kind: mass_damping in 1/s, stiffness_damping in s. tolerance: residual
     force of a step in parts of the largest force of its balance; the rms error of the step's positions is then below
     dt^2 times the residual over the mass (``BodyReport.error_m``) where the energy is convex. newton_steps and effort
-    (Hessian products of a body, with evaluations, preconditioners and the search for contacts counted as what they cost
-    beside one) bound the time of a step, all its sub-steps together; one that ends there is less exact, which its
-    report says (``Stop.STEP_LIMIT``), and sound all the same. Counts instead of a clock keep runs deterministic.
+    (Hessian products of a body without local functions, with those of one that has some, evaluations, preconditioners
+    and the search for contacts counted as what they cost beside one) bound the time of a step, all its sub-steps
+    together; one that ends there is less exact, which its report says (``Stop.STEP_LIMIT``), and sound all the same.
+    Counts instead of a clock keep runs deterministic.
     contact_gap m: distance at which tools begin to push; contact_pressure Pa: scale of that push; friction:
     Coulomb coefficient; slip_speed m/s: below it friction sticks softly.
     """

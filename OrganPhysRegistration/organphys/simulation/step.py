@@ -18,6 +18,8 @@ from .tool_force import ToolForce
 from .tool_reach import ToolReach, expected_way, tool_reach
 from .tools import between, place, placed
 
+FOLLOWING = 50  # Hessian products take as long
+
 
 @dataclass(frozen=True)
 class StepReport:
@@ -42,7 +44,7 @@ def step(
     if len(state.bodies) != len(scene.bodies):
         raise InputError(f"state: expected {len(scene.bodies)} bodies, got {len(state.bodies)}")
     count, reaches = _plan(scene, state, poses, dt)
-    forces, left = [ToolForce.none() for _ in scene.tools], scene.options.effort
+    forces, left = [ToolForce.none() for _ in scene.tools], scene.options.effort - _following(scene)
     bodies, before, owner = state.bodies, state.tools, scene.part_owner
     reports: tuple[BodyReport, ...] = ()
     for k in range(count):
@@ -57,6 +59,11 @@ def step(
     return SceneState(bodies, poses, state.time + dt), StepReport(
         reports, tuple(forces), count, scene.options.effort - left
     )
+
+
+def _following(scene: Scene) -> int:
+    """What is set aside for local functions that follow the contact: they are made, and their stiffness is."""
+    return FOLLOWING if any(body.plain is not None for body in scene.bodies) else 0
 
 
 def _plan(scene: Scene, state: SceneState, poses: tuple[ToolPose, ...], dt: float) -> tuple[int, tuple[ToolReach, ...]]:
