@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from organphys.points import point_groups
 from organphys.points.point_groups import PointGroups
 
 RADIUS = 0.3
@@ -33,6 +34,13 @@ def test_every_pair_is_there(groups, lists):
     for k, members in enumerate(lists):
         assert sorted(groups.member[groups.place == k]) == sorted(members)
     np.testing.assert_array_equal(groups.sizes, [len(members) for members in lists])
+
+
+def test_many_places_are_ordered_as_few(groups, points, places, monkeypatch):
+    monkeypatch.setattr(point_groups, "SHORT", 10)
+    same = PointGroups.within(cKDTree(points), places, RADIUS)
+    np.testing.assert_array_equal(same.place, groups.place)
+    np.testing.assert_array_equal(same.member, groups.member)
 
 
 def test_means(groups, lists, points):

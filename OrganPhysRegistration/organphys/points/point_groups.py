@@ -10,6 +10,8 @@ from scipy.spatial import cKDTree
 
 from ..ground.checks import Array
 
+SHORT = 1 << 16  # numpy sorts whole numbers below it by radix, seven times faster than others
+
 
 @dataclass(frozen=True)
 class PointGroups:
@@ -23,7 +25,7 @@ class PointGroups:
     def within(cls, tree: cKDTree, places: Array, radius: float) -> PointGroups:
         """The tree's points within ``radius`` of the places (K, D); many times faster than lists of them."""
         pairs = cKDTree(places).sparse_distance_matrix(tree, radius, output_type="ndarray")
-        order = np.argsort(pairs["i"], kind="stable")
+        order = _in_order(pairs["i"], len(places))
         return cls(len(places), pairs["i"][order], pairs["j"][order])
 
     @property
@@ -43,7 +45,7 @@ class PointGroups:
     def ranked(self, of_pairs: Array) -> tuple[Array, NDArray[np.int64]]:
         """Values (P,) of the pairs, rising within each place, and where each place's begin (K + 1,)."""
         rising = np.argsort(of_pairs)
-        rising = rising[np.argsort(self.place[rising], kind="stable")]
+        rising = rising[_in_order(self.place[rising], self.count)]
         return of_pairs[rising], np.concatenate([[0], np.cumsum(self.sizes)])
 
     def median(self, values: Array, *, fewest: int = 1) -> Array:
@@ -69,3 +71,8 @@ class PointGroups:
         found = np.full(self.count, np.nan)
         found[held] = ((second * height - first * product)[held]) / spread[held]
         return found
+
+
+def _in_order(places: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+    """Order (P,) in which ``places`` (P,) below ``count`` rise, those of one place as they were."""
+    return np.argsort(places.astype(np.uint16) if count <= SHORT else places, kind="stable")
