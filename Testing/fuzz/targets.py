@@ -99,7 +99,7 @@ TARGETS = {
     "landmarks": Target(read_landmarks, landmarks_problem, 12.0),
     "pins": Target(read_pins, pins_problem, 12.0),
     "region": Target(read_box, lambda name, content, got: region_problem(content, got), 12.0),
-    "trajectory": Target(read_trajectory, trajectory_problem, 13.0),
+    "trajectory": Target(read_trajectory, trajectory_problem, 27.0),
     "points": Target(read_points, lambda name, content, got: points_problem(got), 36.0),
     "asset": Target(load_asset, lambda name, content, got: organ_problem(got), 3.0),
     "sequence": Target(load_sequence, lambda name, content, got: sequence_problem(got), 4.0),
