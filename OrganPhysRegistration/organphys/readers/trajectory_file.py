@@ -105,7 +105,7 @@ def _csv(path: Path) -> tuple[dict[str, str], dict[str, Array]]:
             header[key.strip().lower()] = value.strip()
         elif text.strip(", "):
             if names:
-                values.extend(_csv_row(row, len(names), f"{path}: line {number}"))
+                values.extend(_csv_row(row, len(names), path, number))
             else:
                 names = _csv_names(row, path)
         if len(values) > MOST_POSES * len(names):
@@ -126,13 +126,13 @@ def _csv_names(row: list[str], path: Path) -> list[str]:
     return names
 
 
-def _csv_row(row: list[str], count: int, place: str) -> list[float]:
+def _csv_row(row: list[str], count: int, path: Path, number: int) -> list[float]:
     try:
         numbers = [number_of(cell) for cell in row]
     except ValueError:
         numbers = []
     if len(numbers) != count:
-        raise InputError(f"{place} is not {count} numbers separated by commas")
+        raise InputError(f"{path}: line {number} is not {count} numbers separated by commas")
     return numbers
 
 
