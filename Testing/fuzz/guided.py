@@ -12,6 +12,7 @@ import argparse
 import json
 import os
 import resource
+import signal
 import subprocess
 import sys
 from dataclasses import asdict, dataclass, field
@@ -57,7 +58,7 @@ def main(arguments: list[str] | None = None) -> int:
         keep_seeds(corpus, reader, folder / "kept")
         while guided.tried < options.inputs:
             run_guided(corpus, folder, reader, options.inputs - guided.tried, guided)
-            guided.lines = lines_reached(corpus, folder, reader, guided.tried)
+            guided.lines = lines_reached(corpus, folder, reader, guided.tried) if guided.tried >= options.inputs else {}
             state.write_text(json.dumps({name: asdict(one) for name, one in found.items()}, indent=1))
             print(f"{reader}: {guided.tried} tried, {guided.lines}, {guided.failures}", flush=True)
     write_results(options.results, found, "make fuzz-guided, or Testing/fuzz/guided.py with other numbers of inputs")
@@ -66,9 +67,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 def run_guided(corpus: Path, folder: Path, reader: str, runs: int, guided: Guided) -> None:
     """At most ``runs`` inputs more, in a process that may die of one."""
-    report = folder / "failures.jsonl"
+    report, companions = folder / "failures.jsonl", {path.name for path in (corpus / "companions").iterdir()}
     report.unlink(missing_ok=True)
-    before, began = set(folder.glob("died_*")), _children_seconds()
+    began = _children_seconds()
     command = [str(HERE / "guided_worker.py"), str(corpus), str(folder), reader, str(guided.tried), str(runs)]
     with (folder / "log").open("wb") as log:
         done = subprocess.run([sys.executable, *command], stderr=log, stdout=log, env=_environment(), check=False)
@@ -77,10 +78,13 @@ def run_guided(corpus: Path, folder: Path, reader: str, runs: int, guided: Guide
     for line in report.read_text().splitlines() if report.exists() else ():
         failure = json.loads(line)
         guided.failures.setdefault(failure["what"], failure.get("file", ""))
-    deaths = set(folder.glob("died_*")) - before
-    if done.returncode and not deaths:
+    if done.returncode > 0:
         raise RuntimeError(f"{reader}: the process ended with {done.returncode}; the end of {folder}/log says why")
-    guided.failures |= {f"died: {path.name}": path.name for path in deaths}
+    if done.returncode < 0:
+        what = "hang" if done.returncode == -signal.SIGPROF else f"killed by signal {-done.returncode}"
+        for path in [path for path in (folder / "in").iterdir() if path.name not in companions]:
+            kept = path.replace(folder / f"died_{guided.tried}_{path.name}")
+            guided.failures.setdefault(what, kept.name)
 
 
 def _tried(log: Path, runs: int) -> int:

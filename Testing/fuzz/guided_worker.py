@@ -3,14 +3,15 @@ of organphys and mutates it further, with this harness's own mutations of each f
 
     python guided_worker.py CORPUS FOLDER READER FIRST RUNS
 
-FOLDER/kept holds what it keeps, for the next run too; failures are told as those of worker.py.
+FOLDER/kept holds what it keeps, for the next run too; failures are told as those of worker.py; where an input ends the
+process, it still lies in FOLDER/in.
 """
 
 from __future__ import annotations
 
 import os
+import signal
 import sys
-import time
 from pathlib import Path
 
 import atheris
@@ -20,7 +21,6 @@ with atheris.instrument_imports(include=["organphys"]):
     from corpus import read_corpus
     from kept import packed, unpacked
     from mutate import BY_ENDING
-    from reader_trial import Outcome
     from supervised import LONGEST_SECONDS
     from worker import Worker, confined, made_ready, overheard, warmed_up
 
@@ -41,10 +41,9 @@ class Guided:
             overheard(self.worker.folder)
             confined()
         name, content = unpacked(data, self.names)
-        began = time.process_time()
+        signal.setitimer(signal.ITIMER_PROF, LONGEST_SECONDS)  # of processor time, then the process is ended
         outcome = self.worker.tried(self.reader, name, content)
-        if time.process_time() - began > LONGEST_SECONDS:
-            outcome = Outcome("failed", "hang")
+        signal.setitimer(signal.ITIMER_PROF, 0)
         if outcome.kind == "failed":
             self.worker.report(self.reader, self.index, name, content, outcome)
         self.index += 1
@@ -74,7 +73,7 @@ def main(arguments: list[str]) -> None:
     guided = Guided(worker, reader, int(first))
     longest = max(len(content) for content in read_corpus(corpus, reader).values())
     flags = [f"-runs={runs}", f"-seed={int(first) + 1}", f"-max_len={2 * longest + 4096}", "-len_control=0"]
-    flags += ["-timeout=60", "-rss_limit_mb=0", "-close_fd_mask=2", f"-artifact_prefix={folder}/died_"]
+    flags += ["-timeout=0", "-rss_limit_mb=0", "-close_fd_mask=2", "-handle_segv=0", "-handle_abrt=0", "-handle_fpe=0"]
     os.chdir(folder)
     atheris.Setup([sys.argv[0], *flags, str(folder / "kept")], guided.one_input, custom_mutator=guided.mutated)
     atheris.Fuzz()
