@@ -57,6 +57,13 @@ def add_simulate(commands: Any) -> None:
         choices=("webp", "gif", "png", "mp4"),
         help="an animation: webp (default), gif, png, or mp4 where ffmpeg is installed",
     )
+    parser.add_argument(
+        "--renderer",
+        choices=("software", "vtk"),
+        default="software",
+        help="what draws pictures and video: software (default, everywhere), or vtk off the screen where the system "
+        "has OpenGL",
+    )
     _add_quiet(parser)
 
 

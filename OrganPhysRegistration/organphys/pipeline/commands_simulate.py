@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace) -> None:
         ffmpeg()  # told before the work, not after it
     with shown_progress(quiet=arguments.quiet) as progress, whole_or_nothing(arguments.out) as folder:
         plan, splat = prepared(arguments, progress)
-        view = SimulationView(plan, splat, video=arguments.video is not None)
+        view = SimulationView(plan, splat, video=arguments.video is not None, renderer=arguments.renderer)
 
         def watch(step: Step) -> None:
             view.watch(step)

@@ -10,6 +10,7 @@ from scipy.special import expit
 from ..exports.picture_sheet import Picture
 from ..exports.simulation_pictures import Stage, stages
 from ..exports.splat_frames import FollowingSplat
+from ..exports.vtk_pictures import VtkStage
 from ..ground.checks import Array
 from ..points.gaussians import colour_from_sh
 from ..simulation.organ_body import metres_per_unit
@@ -26,9 +27,11 @@ SHOWN = 0.1  # opacity from which a Gaussian is drawn
 
 
 class SimulationView:
-    """Draws the moments it is shown; ``splat``: what follows the organ, if anything."""
+    """Draws the moments it is shown; ``splat``: what follows the organ, if anything; renderer "software" or "vtk"."""
 
-    def __init__(self, plan: SimulationPlan, splat: FollowingSplat | None, *, video: bool = False) -> None:
+    def __init__(
+        self, plan: SimulationPlan, splat: FollowingSplat | None, *, video: bool = False, renderer: str = "software"
+    ) -> None:
         self._plan, self._splat = plan, splat
         self._unit = metres_per_unit(plan.organ)
         self._shown = np.zeros(0, dtype=np.int64)
@@ -40,7 +43,7 @@ class SimulationView:
             colours = colour_from_sh(gaussians.sh_dc[self._shown]).astype(np.float64)
         body = plan.scene.bodies[0]
         rest = body.samples.vertices / self._unit
-        self._stages = stages(
+        drawn = stages(
             rest,
             body.samples.faces,
             near_tool(body.samples.vertices, plan) / self._unit,
@@ -48,6 +51,9 @@ class SimulationView:
             centres=self._centres(None),
             colours=colours,
         )
+        self._stages: list[Stage | VtkStage] = list(drawn)
+        if renderer == "vtk":
+            self._stages = [VtkStage(stage) for stage in drawn]
         last = len(plan.poses) - 1
         self._wanted = set(np.linspace(0, last, min(MOMENTS, last + 1)).round().astype(int).tolist())
         self._every = max(1, round(1 / (VIDEO_FPS * plan.dt))) if video else 0
@@ -92,8 +98,7 @@ class SimulationView:
         return centres[self._shown]
 
     def _beside_each_other(self, vertices: Array, centres: Array, tools: list) -> NDArray[np.uint8]:
-        views: list[Stage] = self._stages
-        return np.concatenate([stage.picture(vertices, centres, tools) for stage in views], axis=1)
+        return np.concatenate([stage.picture(vertices, centres, tools) for stage in self._stages], axis=1)
 
 
 def near_tool(vertices: Array, plan: SimulationPlan) -> Array:
