@@ -117,11 +117,10 @@ def _from_fcsv(path: Path) -> tuple[list[Any], list[str]]:
         raise InputError(f"{path}: the columns line names no x, y, z, or one twice; save the list again")
     positions, names = [], []
     try:
-        rows = list(csv.DictReader((x for x in lines if x.strip() and x[0] != "#"), fieldnames=columns))
+        for row in csv.DictReader((x for x in lines if x.strip() and x[0] != "#"), fieldnames=columns):
+            position = _position([row[axis] for axis in "xyz"], path)
+            positions.append(ras_from_lps(position) if system in ("1", "LPS") else position)
+            names.append(name_of(row.get("label"), len(positions)))
     except csv.Error as error:
         raise InputError(f"{path}: a line cannot be taken apart ({error}); save the list again") from error
-    for row in rows:
-        position = _position([row[axis] for axis in "xyz"], path)
-        positions.append(ras_from_lps(position) if system in ("1", "LPS") else position)
-        names.append(name_of(row.get("label"), len(positions)))
     return positions, names
