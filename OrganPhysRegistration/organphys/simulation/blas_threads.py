@@ -8,10 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, wraps
-from typing import ParamSpec, TypeVar
-
-import scipy.linalg  # noqa: F401  what is loaded when the search is made is found: numpy's BLAS and scipy's own
-from threadpoolctl import ThreadpoolController
+from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -29,5 +26,8 @@ def one_blas_thread(work: Callable[P, R]) -> Callable[P, R]:
 
 
 @cache
-def _libraries() -> ThreadpoolController:
+def _libraries() -> Any:
+    import scipy.linalg  # noqa: F401  the search finds what is loaded: numpy's BLAS and scipy's own
+    from threadpoolctl import ThreadpoolController  # here: Slicer installs it on first use, after this file is loaded
+
     return ThreadpoolController()
