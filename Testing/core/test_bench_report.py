@@ -106,6 +106,9 @@ def test_a_method_that_lacks_a_case_has_no_curve_and_a_seed_that_lacks_one_does_
     (ours,) = sweep_curves(RunSet([*of_a, *(one for one in of_b if one["method"] == "organphys")]))
     assert ours.cases == ("a", "b")
     assert list(ours.ratios) == ["organphys"]
+    begun = [one | {"condition": one["condition"] | {"level": 10.0}} for one in of_b]
+    (both,) = sweep_curves(RunSet([*of_a, *of_b, *begun]))
+    assert (both.cases, both.levels) == (("a", "b"), [3.0, 6.0])
 
 
 def test_a_curve_has_settled_where_it_stays_near_its_last_value():

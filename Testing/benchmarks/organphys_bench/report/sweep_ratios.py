@@ -16,21 +16,29 @@ Found = dict[tuple[str, float], dict[tuple[str, int], float]]
 
 def complete_ratios(runs: RunSet, sweep: Sweep) -> tuple[tuple[str, ...], dict[str, dict[float, Array]]]:
     """Names of the cases; and by method and level the TRE over the best similarity's, infinite for a run without a
-    result. Of the cases that a method has run at every level with seed 0, the most that any has; methods that lack one
-    of these are left out, and so is a seed that a method has not run on all of them at every level: no curve changes
-    its cases on the way, nor from one method to another."""
+    result. Methods that lack one of these cases at one of the levels are left out, and so is a seed that a method has
+    not run on all of them at every level: no curve changes its cases on the way, nor from one method to another."""
     found = _found(runs, sweep)
     methods = [name for name in METHODS if any(name == method for method, _ in found)]
-    levels = sorted({level for _, level in found})
-    done = {m: set.intersection(*(_cases(found.get((m, level), {}), 0) for level in levels)) for m in methods}
-    cases = max(done.values(), key=len, default=set())
+    cases, levels = max((_block(found, method) for method in methods), key=_runs, default=(set[str](), list[float]()))
     ratios: dict[str, dict[float, Array]] = {}
     for method in methods if cases else ():
-        if cases <= done[method]:
-            of_level = {level: found[method, level] for level in levels}
+        of_level = {level: found.get((method, level), {}) for level in levels}
+        if all(cases <= _cases(pairs, 0) for pairs in of_level.values()):
             seeds = _seeds(of_level, cases, skipped=0.0 if sweep.added else None)
-            ratios[method] = {level: _values(of_level[level], cases, seeds) for level in levels}
+            ratios[method] = {level: _values(pairs, cases, seeds) for level, pairs in of_level.items()}
     return tuple(sorted(cases)), ratios
+
+
+def _block(found: Found, method: str) -> tuple[set[str], list[float]]:
+    """Cases and levels of which a method has run every pair with seed 0: of all such blocks the one of most runs."""
+    done = {level: _cases(pairs, 0) for (name, level), pairs in found.items() if name == method}
+    some = [*done.values(), set.intersection(*done.values())]
+    return max(((cases, sorted(level for level in done if cases <= done[level])) for cases in some), key=_runs)
+
+
+def _runs(block: tuple[set[str], list[float]]) -> int:
+    return len(block[0]) * len(block[1])
 
 
 def ratio(run: Run) -> float:
