@@ -16,7 +16,7 @@ from ..points.target_selection import mean_distance
 from .splat_surface import SplatSurface, SplatSurfaceOptions, enough, rms_radius, towards_camera
 from .surface_patches import on_patches
 
-QUICK = SplatSurfaceOptions(samples=1800)
+QUICK = SplatSurfaceOptions(centres=40_000, samples=1800)
 MEASURED = 1000  # points by which the spacing is measured
 
 

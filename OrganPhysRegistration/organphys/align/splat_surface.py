@@ -26,7 +26,7 @@ class SplatSurfaceOptions:
     patch through the nearest ``patch`` of all centres: a fraction, so that it covers as much surface of a sparse splat.
     """
 
-    centres: int = 40_000
+    centres: int = 100_000
     dense: int = 200_000
     cleaning: CleaningOptions = field(default_factory=CleaningOptions)
     normal_neighbours: int = 25
