@@ -53,7 +53,8 @@ def main(arguments: list[str] | None = None) -> int:
     run_scene_trials(options.scene_trials, state, _save)
     write_results(options.results, state, options.trials, options.scene_trials)
     scenes = state["scenes"].values()
-    return int(any(row["failure"] for row in [*state["commands"].values(), *scenes]))
+    big = all("; registered, " in told for told in state["big"].values())
+    return int(not big or any(row["failure"] for row in [*state["commands"].values(), *scenes]))
 
 
 def _commands(options: argparse.Namespace, state: dict) -> None:

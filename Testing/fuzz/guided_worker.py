@@ -40,6 +40,7 @@ class Guided:
             self.begun = True
             overheard(self.worker.folder)
             confined()
+            signal.signal(signal.SIGALRM, signal.SIG_IGN)  # libFuzzer's clock, whose handler is not in place
         name, content = unpacked(data, self.names)
         signal.setitimer(signal.ITIMER_PROF, LONGEST_SECONDS)  # of processor time, then the process is ended
         outcome = self.worker.tried(self.reader, name, content)

@@ -38,7 +38,8 @@ class Target:
     """read(path) is tried; problem(name, content, result) says what is wrong with a success, None if nothing.
 
     honest: memory that an intact file takes, in bytes per byte of its content once unpacked, as measured on files of
-    2 to 20 MB (a label map's is that of surface and voxel centres, a text's that of Python's numbers).
+    2 to 20 MB (a label map's is that of surface and voxel centres, a text's that of Python's numbers, in the
+    shortest rows, and so is that of an archive, which may be JSON for the most part).
     """
 
     read: Callable[[Path], Any]
@@ -101,11 +102,11 @@ TARGETS = {
     "region": Target(read_box, lambda name, content, got: region_problem(content, got), 12.0),
     "trajectory": Target(read_trajectory, trajectory_problem, 27.0),
     "points": Target(read_points, lambda name, content, got: points_problem(got), 36.0),
-    "asset": Target(load_asset, lambda name, content, got: organ_problem(got), 3.0),
-    "sequence": Target(load_sequence, lambda name, content, got: sequence_problem(got), 4.0),
+    "asset": Target(load_asset, lambda name, content, got: organ_problem(got), 12.0),
+    "sequence": Target(load_sequence, lambda name, content, got: sequence_problem(got), 12.0),
     "recording": Target(load_recording, lambda name, content, got: recording_problem(got), 12.0),
     "case": Target(load_case, _case_problem, 32.0),
-    "outcome": Target(_outcome, lambda name, content, got: outcome_problem(got), 4.0),
+    "outcome": Target(_outcome, lambda name, content, got: outcome_problem(got), 12.0),
     "times": Target(
         lambda path: frame_times(TIMES, file=str(path))[0], lambda name, content, got: times_problem(content, got), 36.0
     ),
