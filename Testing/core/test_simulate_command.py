@@ -108,7 +108,7 @@ def test_the_recording_replays_to_the_written_states(result: Path) -> None:
         assert np.array_equal(states["tool_position_m"][-1], last.state.tools[0].position)
 
 
-def test_splat_frames_and_exported_moments_are_the_same(folder: Path, result: Path, tmp_path: Path) -> None:
+def test_splat_frames_and_exported_moments_are_the_same(folder: Path, result: Path, tmp_path: Path, capsys) -> None:
     start, end = (read_gaussians(result / "splat" / f"splat_{k:05d}.ply") for k in (0, 20))
     assert np.allclose(start.means, read_gaussians(folder / "splat.ply").means, atol=1e-6)
     moved = np.linalg.norm(end.means - start.means, axis=1)
@@ -118,6 +118,9 @@ def test_splat_frames_and_exported_moments_are_the_same(folder: Path, result: Pa
     more = ["--format", "splat", "--splat", folder / "splat.ply", "--out", out]
     assert main([str(word) for word in [*export, *more, "--at", "2"]]) == 0
     assert np.abs(read_gaussians(out).means - end.means).max() < 1e-6  # a single moment is evaluated in another order
+    for distance, far_away in (("3", 7), ("2000", 0)):
+        assert main([str(word) for word in [*export[:-1], *more, "--at", "2", "--follow-mm", distance]]) == 0
+        assert f" {len(moved) - far_away} of them follow" in capsys.readouterr().out
     more = ["--format", "splat", "--splat", folder / "splat.ply", "--out", tmp_path / "all", "--at", "all"]
     assert main([str(word) for word in [*export, *more]]) == 0
     names = sorted(path.name for path in (tmp_path / "all").iterdir())

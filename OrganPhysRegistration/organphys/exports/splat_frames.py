@@ -22,7 +22,8 @@ class FollowingSplat:
 
     Exactly by default, and with ``once``, the quick way for a single moment, too. With ``device`` "cpu" or "cuda" by
     warp's kernels there, which interpolate the body's motion on a grid: below 0.1 mm and 2 % of a covariance beside
-    the exact one (see ``quick_splat``).
+    the exact one (see ``quick_splat``). What is within ``distance`` m of the organ follows it in full, what is within
+    ``band`` m more less and less.
     """
 
     def __init__(
@@ -34,17 +35,20 @@ class FollowingSplat:
         index: int = 0,
         device: str | None = None,
         once: bool = False,
+        distance: float = 0.003,
+        band: float = 0.003,
     ) -> None:
         self.gaussians, self._once = gaussians, once
+        self._reach = {"distance": distance, "band": band}
         self._unit, self._index, self._device = metres_per_unit, index, device
         self._bound, self._binding = body.plain or body, self._bind(body)
 
     def _bind(self, body: Body) -> Follower:
         if self._once:
-            return direct_splat(body, self.gaussians, self._unit)
+            return direct_splat(body, self.gaussians, self._unit, **self._reach)
         if self._device is None:
-            return bind_splat(body, self.gaussians, self._unit)
-        return quick_splat(body, self.gaussians, self._unit, device=self._device)
+            return bind_splat(body, self.gaussians, self._unit, **self._reach)
+        return quick_splat(body, self.gaussians, self._unit, device=self._device, **self._reach)
 
     def binding(self, moment: Snapshot) -> Follower:
         """How the Gaussians hang on the body of this moment."""

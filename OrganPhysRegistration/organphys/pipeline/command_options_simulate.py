@@ -40,6 +40,7 @@ def add_simulate(commands: Any) -> None:
     )
     parser.add_argument("--fps", type=float, default=60.0, metavar="N", help="steps per second (default: 60)")
     parser.add_argument("--splat", metavar="FILE", help="splat (.ply) that follows the organ, in the pictures too")
+    _add_follow(parser)
     parser.add_argument(
         "--splat-frames", type=int, metavar="K", help="write every K-th frame of the splat as INRIA PLY (needs --splat)"
     )
@@ -89,6 +90,7 @@ def add_export(commands: Any) -> None:
     parser.add_argument("--recording", metavar="FILE", help="recording.npz of a simulation of this organ")
     parser.add_argument("--at", metavar="T", help="moment of the recording in s (default: its end); all: every step")
     parser.add_argument("--splat", metavar="FILE", help="splat: source of the vertex colours, or what is moved")
+    _add_follow(parser)
     parser.add_argument("--edge-mm", type=float, default=12.0, metavar="L", help="edge of the tetrahedra (default: 12)")
     _add_body(parser, only="only for npz: ")
     _add_quiet(parser)
@@ -106,6 +108,17 @@ def _add_body(parser: argparse.ArgumentParser, only: str = "") -> None:
     parser.add_argument("--tissue", metavar="NAME", help=f"{only}{TISSUES} (default: by the organ's name)")
     parser.add_argument("--handles", type=int, default=20, metavar="H", help="of the reduced basis (default: 20)")
     parser.add_argument("--quadrature", type=int, default=1000, metavar="Q", help="points (default: 1000)")
+
+
+def _add_follow(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--follow-mm",
+        type=float,
+        default=3.0,
+        metavar="D",
+        help="Gaussians within D mm of the organ follow it, those within 3 mm more less and less, the rest stays "
+        "(default: 3)",
+    )
 
 
 def _add_quiet(parser: argparse.ArgumentParser) -> None:

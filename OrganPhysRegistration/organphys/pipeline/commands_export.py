@@ -144,7 +144,8 @@ def _splat(arguments: argparse.Namespace, source: _Source, progress: Progress) -
     assert recording is not None
     body, gaussians = recording.start.scene.bodies[source.index], read_gaussians(arguments.splat)
     once = arguments.at != "all"
-    splat = FollowingSplat(gaussians, body, metres_per_unit(source.organ), index=source.index, once=once)
+    unit, distance = metres_per_unit(source.organ), 1e-3 * arguments.follow_mm
+    splat = FollowingSplat(gaussians, body, unit, index=source.index, once=once, distance=distance)
     bound = len(splat.binding(recording.start).index)
     told = f"{len(gaussians)} Gaussians in their order, {bound} of them follow the organ"
     if once:

@@ -78,7 +78,9 @@ def prepared(arguments: argparse.Namespace, progress: Progress) -> tuple[Simulat
     if gaussians is None:
         return plan, None
     progress("bind the splat", 0.0)
-    return plan, FollowingSplat(gaussians, body, metres_per_unit(organ), device=device)
+    return plan, FollowingSplat(
+        gaussians, body, metres_per_unit(organ), device=device, distance=1e-3 * arguments.follow_mm
+    )
 
 
 def device_of(arguments: argparse.Namespace) -> str | None:
