@@ -53,3 +53,15 @@ def test_a_tool_behind_tissue_shines_through_and_moved_tissue_is_drawn_where_it_
     assert 5 < changed.max() < 90 and (changed > 5).sum() > 100
     moved = by_vtk.picture(vertices + np.array([0.2, 0, 0]), nothing, []).astype(float)
     assert (np.abs(moved - alone).max(2) > 30).sum() > 1000
+
+
+def test_without_opengl_the_user_is_told_what_to_do(pair, monkeypatch):
+    from vtkmodules import vtkRenderingCore
+
+    class Blind:
+        def SupportsOpenGL(self):
+            return 0
+
+    monkeypatch.setattr(vtkRenderingCore, "vtkRenderWindow", Blind)
+    with pytest.raises(InputError, match="use the software renderer"):
+        VtkStage(pair[0])
