@@ -49,6 +49,22 @@ def test_what_was_found_stays_fixed(tmp_path: Path) -> None:
 
 
 @LINUX
+def test_guided_by_coverage_inputs_of_new_branches_are_kept(tmp_path: Path) -> None:
+    """The harness of make fuzz-guided; that it reaches more than the seeds do tells that the guidance works."""
+    pytest.importorskip("atheris", reason="has wheels for Linux and Python 3.11 to 3.13 only")
+    from guided import Guided, lines_reached, run_guided
+    from kept import keep_seeds
+
+    corpus, folder, guided = tmp_path / "corpus", tmp_path / "region", Guided()
+    write_corpus(corpus)
+    keep_seeds(corpus, "region", folder / "kept")
+    run_guided(corpus, folder, "region", 400, guided)
+    assert (guided.tried, guided.failures) == (400, {})
+    lines = lines_reached(corpus, folder, "region", 1)
+    assert lines["guided"] > lines["seeds"] + 10  # lines that refuse something
+
+
+@LINUX
 def test_the_harness_sees_a_crash_and_a_hang(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A worker that dies at one input and sleeps at another: both are told, all others are tried."""
     import supervised

@@ -61,7 +61,8 @@ def main(arguments: list[str] | None = None) -> int:
             guided.lines = lines_reached(corpus, folder, reader, guided.tried) if guided.tried >= options.inputs else {}
             state.write_text(json.dumps({name: asdict(one) for name, one in found.items()}, indent=1))
             print(f"{reader}: {guided.tried} tried, {guided.lines}, {guided.failures}", flush=True)
-    write_results(options.results, found, "make fuzz-guided, or Testing/fuzz/guided.py with other numbers of inputs")
+    done = {reader: one for reader, one in found.items() if one.lines}
+    write_results(options.results, done, "make fuzz-guided, or Testing/fuzz/guided.py with other numbers of inputs")
     return int(any(one.failures for one in found.values()))
 
 
