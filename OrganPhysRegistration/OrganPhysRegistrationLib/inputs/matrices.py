@@ -39,8 +39,15 @@ def scale_of(matrix: Array) -> float:
 
 def apply_matrix(T_target_source: Array, points: Array) -> Array:
     """Points (N, 3) or (3,) mapped by a homogeneous matrix (4, 4)."""
-    mapped: Array = np.asarray(points, dtype=np.float64) @ T_target_source[:3, :3].T + T_target_source[:3, 3]
+    mapped: Array = turn(T_target_source[:3, :3], np.asarray(points, dtype=np.float64)) + T_target_source[:3, 3]
     return mapped
+
+
+def turn(matrix: Array, vectors: Array) -> Array:
+    """Vectors (..., 3) times a matrix (3, 3). A matrix product would wait for BLAS threads: up to twenty times as long
+    while a registration uses the processor."""
+    turned: Array = np.einsum("...j,kj->...k", vectors, matrix)
+    return turned
 
 
 def world_from_node(node: Any, *, without_overlay: bool = False) -> Array:

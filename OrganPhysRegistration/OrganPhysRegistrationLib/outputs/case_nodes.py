@@ -20,7 +20,7 @@ from .overlay_frame import T_overlay_scene, overlay_in, put_under_overlay_frame,
 from .snapshot import SceneSnapshot
 from .stage_switch import show_stage
 from .surface_colours import colour_surfaces
-from .surface_nodes import write_surfaces
+from .surface_nodes import SurfaceNormals, write_surfaces
 from .tables import write_metrics
 from .transform_nodes import write_transforms
 from .volume_node import write_volume
@@ -29,11 +29,18 @@ __all__ = ["CaseNodes", "batch", "case_of", "new_case_id", "write_grids", "write
 
 
 def write_outcome(
-    outcome: Any, *, segmentation: Any, segment_id: str, splat: Any, case_id: str | None = None
+    outcome: Any,
+    *,
+    segmentation: Any,
+    segment_id: str,
+    splat: Any,
+    case_id: str | None = None,
+    normals: SurfaceNormals | None = None,
 ) -> CaseNodes:
     """Make or refill the nodes of a case from a ``CaseOutcome``; the last stage that is done is shown.
 
-    The case of the same segment and splat is taken if there is one, or ``case_id``. Anything that fails leaves the
+    The case of the same segment and splat is taken if there is one, or ``case_id``; ``normals``: those of its surfaces,
+    where they are known already. Anything that fails leaves the
     scene as it was. Without a stated unit the splat is shown at the registered scale from now on.
     """
     scene = splat.GetScene()
@@ -42,7 +49,7 @@ def write_outcome(
     before = SceneSnapshot(case, splat)
     with batch(scene):
         try:
-            _write(case, outcome, segmentation, segment_id, splat)
+            _write(case, outcome, segmentation, segment_id, splat, normals or SurfaceNormals.of(outcome))
         except BaseException:
             before.restore(drop_new_nodes=True)
             raise
@@ -81,7 +88,9 @@ def batch(scene: Any) -> Iterator[None]:
         scene.EndState(slicer.vtkMRMLScene.BatchProcessState)
 
 
-def _write(case: CaseNodes, outcome: Any, segmentation: Any, segment_id: str, splat: Any) -> None:
+def _write(
+    case: CaseNodes, outcome: Any, segmentation: Any, segment_id: str, splat: Any, normals: SurfaceNormals
+) -> None:
     _write_case(case, segmentation, segment_id, splat)
     frame = put_under_overlay_frame(case, splat)
     case.node("case").SetNodeReferenceID("overlay_frame", frame.GetID())
@@ -101,7 +110,7 @@ def _write(case: CaseNodes, outcome: Any, segmentation: Any, segment_id: str, sp
         T_overlay_scene=matrix.tolist(),
         verdict=outcome.verdict,
     )
-    write_surfaces(case, outcome, matrix, frame)
+    write_surfaces(case, outcome, matrix, frame, normals)
     colour_surfaces(case)
     write_volume(case, outcome, matrix, frame)
     write_transforms(case, outcome.grids)

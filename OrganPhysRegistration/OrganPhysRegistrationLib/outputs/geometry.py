@@ -11,16 +11,16 @@ from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 from organphys.ground.checks import Array
 
-from ..inputs.matrices import scale_of
+from ..inputs.matrices import scale_of, turn
 
 
 def similarity_of(matrix: Any, centre: Any) -> Array:
     """Similarity (4, 4) nearest to an affine (4, 4) that does the same to the point ``centre`` (3,)."""
     m, centre = np.asarray(matrix, dtype=np.float64), np.asarray(centre, dtype=np.float64)
     u, singular, vt = np.linalg.svd(m[:3, :3])
-    turn = u @ np.diag([1.0, 1.0, np.linalg.det(u) * np.linalg.det(vt)]) @ vt
+    rotation = u @ np.diag([1.0, 1.0, np.linalg.det(u) * np.linalg.det(vt)]) @ vt
     out = np.eye(4)
-    out[:3, :3] = np.cbrt(np.prod(singular)) * turn
+    out[:3, :3] = np.cbrt(np.prod(singular)) * rotation
     out[:3, 3] = m[:3, :3] @ centre + m[:3, 3] - out[:3, :3] @ centre
     return out
 
@@ -67,7 +67,7 @@ def smooth_normals(points: Any, triangles: vtk.vtkCellArray) -> Array:
 def turned(similarity: Any, directions: Any) -> Array:
     """Unit directions (N, 3) through the rotation of a similarity (4, 4)."""
     rotation = np.asarray(similarity)[:3, :3] / scale_of(similarity)
-    return np.asarray(directions) @ rotation.T.astype(np.float32)
+    return turn(rotation.astype(np.float32), np.asarray(directions))
 
 
 def point_cloud(points: Any) -> vtk.vtkPolyData:

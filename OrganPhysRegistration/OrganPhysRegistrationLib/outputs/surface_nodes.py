@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from .geometry import Array, cells, set_point_array, smooth_normals, triangle_me
 from .node_factory import ensure, remove_role
 from .surface_colours import COLOURINGS, DET_F, DISPLACEMENT, DISTANCE, ERROR_68, ERROR_95, legend_of
 
-__all__ = ["DISTANCE", "colour_limit_mm", "legend_of", "write_surfaces"]
+__all__ = ["DISTANCE", "SurfaceNormals", "colour_limit_mm", "legend_of", "write_surfaces"]
 
 STEPS_MM = (1.0, 2.0, 4.0, 6.0, 8.0, 10.0)  # beyond 10 mm a vertex has no counterpart in the splat
 FEW = 20_000
@@ -26,22 +27,35 @@ COLOURS = np.array(
 )  # fmt: skip
 
 
-def write_surfaces(case: CaseNodes, outcome: Any, T_overlay_scene: Array, frame: Any) -> None:
+@dataclass(frozen=True)
+class SurfaceNormals:
+    """Unit normals (Nv, 3) of the organ's surface as it is in the CT, and of the elastic one in scene axes, None where
+    there is none: what takes longest of the surface models, and needs no node."""
+
+    ct: Array
+    elastic: Array | None
+
+    @classmethod
+    def of(cls, outcome: Any) -> SurfaceNormals:
+        triangles, bent = cells(outcome.faces), outcome.surfaces.get("elastic")
+        elastic = None if bent is None else smooth_normals(bent, triangles)
+        return cls(smooth_normals(outcome.vertices_ct, triangles), elastic)
+
+
+def write_surfaces(case: CaseNodes, outcome: Any, T_overlay_scene: Array, frame: Any, normals: SurfaceNormals) -> None:
     """Fill the surface models of all stages that are done, in the overlay frame's mm; remove those of others."""
-    triangles, colours = cells(outcome.faces), _colour_table(case)
-    limit, normals_ct = colour_limit_mm(outcome), smooth_normals(outcome.vertices_ct, triangles)
+    triangles, colours, limit = cells(outcome.faces), _colour_table(case), colour_limit_mm(outcome)
     for stage in STAGES:
         if stage not in outcome.surfaces:
             remove_role(case, f"surface_{stage}")
             continue
         fresh = case.get(f"surface_{stage}") is None
         node = ensure(case, f"surface_{stage}")
-        vertices = apply_matrix(T_overlay_scene, outcome.surfaces[stage])
         if stage == "elastic":
-            normals = smooth_normals(vertices, triangles)
+            shading = turned(T_overlay_scene, normals.elastic)
         else:  # turned as a whole: much quicker than new ones
-            normals = turned(T_overlay_scene @ np.asarray(outcome.similarities[stage]), normals_ct)
-        mesh = triangle_mesh(vertices, triangles, normals)
+            shading = turned(T_overlay_scene @ np.asarray(outcome.similarities[stage]), normals.ct)
+        mesh = triangle_mesh(apply_matrix(T_overlay_scene, outcome.surfaces[stage]), triangles, shading)
         for name, values in _arrays(outcome, stage).items():
             set_point_array(mesh, name, values)
         mesh.GetPointData().SetActiveScalars(DISTANCE)

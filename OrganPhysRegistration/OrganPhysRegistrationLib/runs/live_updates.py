@@ -27,7 +27,7 @@ from ..outputs.live_case import write_live
 from ..outputs.undo import RunUndo, begin_run
 from .case_files import outcome_steps
 from .input_problems import sentence
-from .result_nodes import transform_steps, write_case
+from .result_nodes import case_steps, transform_steps
 from .run_callbacks import nothing
 from .run_inputs import RunInputs
 from .run_process import Event
@@ -219,13 +219,8 @@ class LiveUpdates:
             self._ask("settling", "settle", self._settled)
 
     def _settled(self, event: Event) -> None:
-        def steps() -> Any:
-            outcome = yield from outcome_steps(self._folder(event))
-            yield
-            write_case(outcome, self.inputs)
-            yield
-
-        self._begin(steps(), lambda _: self._ask("sampling", "grids", self._sampled))
+        steps = case_steps(self._folder(event), self.inputs)
+        self._begin(steps, lambda _: self._ask("sampling", "grids", self._sampled))
 
     def _sampled(self, event: Event) -> None:
         self._begin(transform_steps(self._folder(event), self.case), self._all_done)

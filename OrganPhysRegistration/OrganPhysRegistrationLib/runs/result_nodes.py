@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..outputs.case_nodes import CaseNodes, write_grids, write_outcome
+from ..outputs.surface_nodes import SurfaceNormals
 from ..outputs.undo import RunUndo, begin_run
 from .case_files import outcome_steps
 from .run_inputs import RunInputs
@@ -23,9 +24,7 @@ class WrittenCase:
 
 def result_steps(folder: Path, inputs: RunInputs) -> Generator[None, None, WrittenCase]:
     """Load the outcome in ``folder`` and write it, whole or not at all; given up after that, it is undone."""
-    outcome = yield from outcome_steps(folder)
-    yield
-    written = write_case(outcome, inputs)
+    written = yield from case_steps(folder, inputs)
     try:
         yield  # whoever is told of the result has a turn of the event loop of its own
     except GeneratorExit:
@@ -35,8 +34,18 @@ def result_steps(folder: Path, inputs: RunInputs) -> Generator[None, None, Writt
     return written
 
 
-def write_case(outcome: Any, inputs: RunInputs) -> WrittenCase:
-    """Write a CaseOutcome into the case of segment and splat, or into a new one."""
+def case_steps(folder: Path, inputs: RunInputs) -> Generator[None, None, WrittenCase]:
+    """Load the outcome in ``folder`` and write it into the case of segment and splat, or into a new one; the last step
+    does all that changes the scene."""
+    outcome = yield from outcome_steps(folder)
+    yield
+    normals = SurfaceNormals.of(outcome)
+    yield
+    return write_case(outcome, inputs, normals)
+
+
+def write_case(outcome: Any, inputs: RunInputs, normals: SurfaceNormals | None = None) -> WrittenCase:
+    """Write a CaseOutcome into the case of segment and splat, or into a new one; ``normals``: see ``write_outcome``."""
     undo = begin_run(inputs.segmentation, inputs.segment_id, inputs.splat)
     case = write_outcome(
         outcome,
@@ -44,6 +53,7 @@ def write_case(outcome: Any, inputs: RunInputs) -> WrittenCase:
         segment_id=inputs.segment_id,
         splat=inputs.splat,
         case_id=undo.case_id,
+        normals=normals,
     )
     return WrittenCase(case, undo)
 
