@@ -24,7 +24,7 @@ from organphys.pipeline.sequence import SequenceFollower
 from organphys.pipeline.tracking import FollowOptions
 
 RESULTS = Path(__file__).with_name("RESULTS.md")
-DAMPINGS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.5)
+DAMPINGS = (0.0, 0.005, 0.01, 0.02, 0.05, 0.2)
 
 
 @dataclass(frozen=True)
