@@ -36,7 +36,8 @@ def main(folder: Path) -> None:
             outcome = tried(TARGETS[reader], folder / name, content)
             if round_:
                 print(json.dumps([found, outcome.kind, outcome.what, outcome.detail]), flush=True)
-        confined()
+        if not round_:
+            confined()
 
 
 if __name__ == "__main__":
