@@ -18,7 +18,7 @@ from .tool_force import ToolForce
 from .tool_reach import ToolReach, expected_way, tool_reach
 from .tools import between, place, placed
 
-FOLLOWING = 50  # Hessian products take as long
+FOLLOWING = 70  # Hessian products take as long, those after a change with the new stiffness
 
 
 @dataclass(frozen=True)
