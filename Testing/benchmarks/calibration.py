@@ -35,7 +35,7 @@ than pooled ones. Fitted on all cases: {fitted}; the product holds {product}."""
 GRID = [
     PosteriorConstants(data=data, temperature=temperature)
     for data, temperature in itertools.product(
-        (1.0, 1.5, 2.0, 3.0, 4.5), (3e-5, 5e-5, 7e-5, 1e-4, 1.5e-4, 2e-4, 3e-4, 4.5e-4, 7e-4)
+        (1.0, 1.5, 2.0, 3.0, 4.5), (3e-5, 5e-5, 7e-5, 1e-4, 1.5e-4, 2e-4, 2.5e-4, 3e-4, 4.5e-4, 7e-4)
     )
 ]
 

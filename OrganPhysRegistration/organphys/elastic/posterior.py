@@ -36,7 +36,7 @@ class PosteriorConstants:
     """
 
     data: float = 1.5
-    temperature: float = 3e-4
+    temperature: float = 2.5e-4
     freedom: float = 6.0
 
 
