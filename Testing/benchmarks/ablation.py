@@ -3,8 +3,8 @@
     python Testing/benchmarks/ablation.py DIR [--seeds 3] [--sets NAME,...] [--stress NAME,...]
 
 Every set without and with the unit, then the default under each stress; prints the table and writes it as its part of
-RESULTS.md. The start of a case and seed is found once and shared by the sets; the truth serves the evaluation (and the
-unit, where it is given) only.
+RESULTS.md: of the default alone (--sets default) a part of its own, one with stress and one without. The start of a
+case and seed is found once and shared by the sets; the truth serves the evaluation (and the unit, where it is given).
 """
 
 from __future__ import annotations
@@ -32,7 +32,9 @@ from organphys.pipeline.scale_checks import scale_prior, unit_scale
 
 Result = tuple[float, float]
 TITLE = "# Ablation of the elastic stage"
-ABOUT = "Mean TRE / oracle over the seeds per case; mean and worst over the cases; one setting changed at a time."
+STRESS_TITLE = "# The default under stress"
+SEEDS_TITLE = "# The default over seeds"
+ABOUT = "Mean TRE / oracle over the seeds per case; mean and worst over the cases."
 
 
 def main() -> None:
@@ -60,7 +62,9 @@ def main() -> None:
     table = _table(rows, [folder.name for folder in folders])
     command = f"python Testing/benchmarks/ablation.py {arguments.folder.name} --seeds {arguments.seeds}"
     command += f" --sets '{arguments.sets}'" + (f" --stress '{arguments.stress}'" if arguments.stress else "")
-    write_part(arguments.out, f"{TITLE}\n\n{how(command)}\n\n{ABOUT}\n\n{table}")
+    title = TITLE if len(sets) > 1 else STRESS_TITLE if chosen else SEEDS_TITLE
+    about = f"{ABOUT} One setting changed at a time." if len(sets) > 1 else ABOUT
+    write_part(arguments.out, f"{title}\n\n{how(command)}\n\n{about}\n\n{table}")
     print(table)
 
 
