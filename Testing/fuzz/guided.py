@@ -80,7 +80,7 @@ def run_guided(corpus: Path, folder: Path, reader: str, runs: int, guided: Guide
         failure = json.loads(line)
         guided.failures.setdefault(failure["what"], failure.get("file", ""))
     if done.returncode > 0:
-        raise RuntimeError(f"{reader}: the process ended with {done.returncode}; the end of {folder}/log says why")
+        raise RuntimeError(f"{reader}: the process ended with {done.returncode}; see {folder}/log and noise")
     if done.returncode < 0:
         what = "hang" if done.returncode == -signal.SIGPROF else f"killed by signal {-done.returncode}"
         for path in [path for path in (folder / "in").iterdir() if path.name not in companions]:

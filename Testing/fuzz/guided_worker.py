@@ -12,6 +12,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import traceback
 from pathlib import Path
 
 import atheris
@@ -21,6 +22,7 @@ with atheris.instrument_imports(include=["organphys"]):
     from corpus import read_corpus
     from kept import packed, unpacked
     from mutate import BY_ENDING
+    from mutate_bytes import mutate_bytes
     from supervised import LONGEST_SECONDS
     from worker import Worker, confined, made_ready, overheard, warmed_up
 
@@ -56,10 +58,17 @@ class Guided:
         if rng.random() < LIBFUZZER_BYTES:
             content = atheris.Mutate(content, most - 1)
         else:
-            content = BY_ENDING[next(ending for ending in BY_ENDING if name.endswith(ending))](content, rng)
+            content = self._by_ending(name, content, rng)
         if rng.random() < 1 / 30:
             name = self.names[int(rng.integers(len(self.names)))]
         return packed(name, content, self.names)[:most]
+
+    @staticmethod
+    def _by_ending(name: str, content: bytes, rng: np.random.Generator) -> bytes:
+        try:
+            return BY_ENDING[next(ending for ending in BY_ENDING if name.endswith(ending))](content, rng)
+        except Exception:  # what is kept may be too broken to be taken apart
+            return mutate_bytes(content, rng)
 
 
 def main(arguments: list[str]) -> None:
@@ -77,7 +86,11 @@ def main(arguments: list[str]) -> None:
     flags += ["-timeout=0", "-rss_limit_mb=0", "-close_fd_mask=2", "-handle_segv=0", "-handle_abrt=0", "-handle_fpe=0"]
     os.chdir(folder)
     atheris.Setup([sys.argv[0], *flags, str(folder / "kept")], guided.one_input, custom_mutator=guided.mutated)
-    atheris.Fuzz()
+    try:
+        atheris.Fuzz()
+    except Exception:
+        traceback.print_exc()  # into FOLDER/noise
+        os._exit(1)  # Python's own end would wait for a lock that libFuzzer holds
 
 
 if __name__ == "__main__":
