@@ -195,7 +195,8 @@ class OrganPhysSimulationLogic(SimulationEdits, SimulationFiles, ScriptedLoadabl
         if self.session is None:
             raise InputError("simulation: none is prepared; press Start, or call startSimulation")
         if self.busy:
-            raise InputError("simulation: its pins are being changed; wait until that is done")
+            doing = "changing its pins" if self.sequence is None else "writing its splat"
+            raise InputError(f"simulation: busy {doing}; wait until that is done")
         return self.session
 
     def _gathered(self, organ: Any, splat: Any, **inputs: Any) -> StartInputs:
@@ -221,6 +222,8 @@ class OrganPhysSimulationLogic(SimulationEdits, SimulationFiles, ScriptedLoadabl
         self._work = Background(work, on_done=done, on_error=failed)
 
     def _drop_work(self) -> None:
+        self.cancelSequence()
+        self._sequence = None
         if self._work is not None:
             self._work.drop()
             self._work = None

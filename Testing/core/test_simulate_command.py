@@ -126,6 +126,8 @@ def test_splat_frames_and_exported_moments_are_the_same(folder: Path, result: Pa
     names = sorted(path.name for path in (tmp_path / "all").iterdir())
     assert names == [f"splat_{k:05d}.ply" for k in range(21)]
     assert (tmp_path / "all" / names[-1]).read_bytes() == (result / "splat" / names[-1]).read_bytes()
+    (tmp_path / "all" / "splat_00021.ply").touch()
+    assert "frames of a longer sequence (splat_00021.ply)" in refused(capsys, *export, *more)
     surface = tmp_path / "moment.vtp"
     assert (
         main([str(word) for word in [*export, "--format", "vtp", "--frame", "m", "--out", surface, "--at", "0"]]) == 0

@@ -15,7 +15,7 @@ from session_examples import tiny_problem
 
 from organphys.asset.asset_file import save_asset
 from organphys.exports import report, sample_files
-from organphys.pipeline import commands_export, commands_register, commands_simulate
+from organphys.pipeline import commands_register, commands_simulate, recorded_splat
 from organphys.pipeline.command_line import main
 from organphys.pipeline.sample_case import write_sample_case
 
@@ -124,7 +124,7 @@ class Commands:
         return ready
 
     def _frames(self, patch: pytest.MonkeyPatch) -> Callable[[pytest.MonkeyPatch], None]:
-        moments = commands_export.moments
+        moments = recorded_splat.moments
         few: list[Any] = []
 
         def first(recording: Any) -> Any:
@@ -132,5 +132,5 @@ class Commands:
                 few.extend(moment for moment, _ in zip(moments(recording), range(FRAMES), strict=False))
             return few
 
-        patch.setattr(commands_export, "moments", first)
-        return lambda patch: patch.setattr(commands_export, "moments", first)
+        patch.setattr(recorded_splat, "moments", first)
+        return lambda patch: patch.setattr(recorded_splat, "moments", first)

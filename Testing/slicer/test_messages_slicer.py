@@ -208,7 +208,7 @@ def test_a_surface_that_cannot_be_written(scene, splat, tmp_path, monkeypatch):
 def test_simulation_that_is_busy(scene):
     logic = OrganPhysSimulationLogic()
     logic.session, logic._work = object(), SimpleNamespace(running=True, drop=lambda: None)
-    with pytest.raises(InputError, match="its pins are being changed; wait"):
+    with pytest.raises(InputError, match="busy changing its pins; wait"):
         logic.reset()
     with pytest.raises(InputError, match="something is being prepared; wait"):
         logic._in_background(None, None, None)

@@ -16,6 +16,7 @@ from simulation_example import FINENESS
 
 from organphys.exports.recording_file import load_recording
 from organphys.ground.checks import InputError
+from organphys.pipeline.command_line import main
 from organphys.readers.gaussian_ply import read_gaussians
 from OrganPhysRegistrationLib.inputs.camera_input import look_from_endoscope
 from OrganPhysRegistrationLib.inputs.splat_node import load_splat
@@ -176,6 +177,23 @@ def test_files(logic, session, simulation_files, tmp_path):
     for what, name in (("surface", "a.txt"), ("splat", "s.txt"), ("recording", "r.txt"), ("film", "f.mp4")):
         with pytest.raises(InputError):
             logic.export(what, tmp_path / name)
+
+
+def test_the_whole_sequence_is_written_as_the_command_does(logic, session, simulation_files, tmp_path):
+    with pytest.raises(InputError, match="nothing was simulated"):
+        logic.export("sequence", tmp_path / "none")
+    logic.setJoints(session.live.joints_at_contact(), jawDeg=30)
+    logic.step(25)
+    recording, here, there = tmp_path / "r.npz", tmp_path / "here", tmp_path / "there"
+    logic.export("recording", recording)
+    assert logic.export("sequence", here) == str(here)
+    command = ["export", simulation_files.asset, "--format", "splat", "--splat", simulation_files.splat, "--at", "all"]
+    assert main([str(word) for word in [*command, "--recording", recording, "--quiet", "--out", there]]) == 0
+    names = [f"splat_{k:05d}.ply" for k in range(26)]
+    assert sorted(path.name for path in here.iterdir()) == names
+    assert all((here / name).read_bytes() == (there / name).read_bytes() for name in names)
+    moved = read_gaussians(here / names[-1]).means - read_gaussians(simulation_files.splat).means
+    assert np.linalg.norm(moved, axis=1).max() > 0.02  # scene units, 2 mm
 
 
 def test_trajectory_is_followed_and_its_limits_are_told(logic, session, tmp_path):

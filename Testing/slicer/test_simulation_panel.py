@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import qt
 import slicer
 import vtk
 
@@ -135,6 +136,56 @@ def test_record_and_play(host, simulation, ready):
     assert ui.playButton.text == "Stop"
     host.wait_until(lambda: not ui.playButton.checked, TIMEOUT)
     assert ui.frameSlider.value == ui.frameSlider.maximum
+
+
+@pytest.fixture
+def stepped(simulation, ready, tmp_path, monkeypatch):
+    """A simulation of 30 steps; the folder that the dialog answers for its splat sequence."""
+    simulation.logic.setJoints(ready.live.joints_at_contact(), jawDeg=30)
+    simulation.logic.step(30)
+    folder = tmp_path / "frames"
+    monkeypatch.setattr(qt.QFileDialog, "getExistingDirectory", staticmethod(lambda *arguments: str(folder)))
+    return folder
+
+
+def test_the_splat_sequence_is_written_beside_the_window(host, simulation, stepped, screenshot):
+    ui, logic = simulation.ui, simulation.logic
+    ui.startButton.click()
+    ui.filesButton.collapsed = False
+    with host.latency_meter() as meter:
+        ui.exportSequenceButton.click()
+        frames, stopped = logic.sequence.frames, logic.session.live.time_s
+        assert not logic.running and not ui.startButton.enabled
+        host.wait_until(lambda: ui.progressBar.value > 0, TIMEOUT)
+        assert ui.exportSequenceButton.text == "Cancel" and "Writing the splat" in ui.progressBar.format
+        screenshot(simulation.panel, "simulation_writing")
+        host.wait_until(lambda: not logic.busy, TIMEOUT)
+    host.process()
+    assert meter.longest < LONGEST_BLOCK
+    assert logic.session.live.time_s == stopped
+    assert len(list(stepped.glob("splat_*.ply"))) == frames > 30
+    assert "Written" in ui.messageLabel.text
+    assert ui.exportSequenceButton.text == "Splat sequence..." and not ui.progressBar.visible
+    assert ui.startButton.enabled
+
+
+@pytest.mark.parametrize("how", ["button", "scene"])
+def test_a_splat_sequence_given_up_leaves_nothing(host, simulation, stepped, how):
+    ui, logic = simulation.ui, simulation.logic
+    ui.exportSequenceButton.click()
+    host.wait_until(lambda: logic.sequence.fraction > 0, TIMEOUT)
+    thread = logic._work._thread
+    if how == "button":
+        ui.exportSequenceButton.click()
+    else:
+        slicer.mrmlScene.Clear(0)
+    host.wait_until(lambda: not logic.busy, TIMEOUT)
+    thread.join(TIMEOUT)
+    host.process()
+    assert list(stepped.parent.iterdir()) == []
+    assert logic.sequence is None and not ui.progressBar.visible
+    if how == "button":
+        assert "given up" in ui.messageLabel.text and ui.exportSequenceButton.enabled
 
 
 def test_another_instrument_or_organ_ends_the_simulation(host, simulation, ready):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from ..asset.asset_file import load_asset
 from ..asset.registered_organ import RegisteredOrgan
 from ..exports.baked_colours import baked_colours
 from ..exports.reduced_model import write_reduced_model
-from ..exports.splat_frames import FollowingSplat, frame_name
+from ..exports.splat_frames import FollowingSplat
 from ..exports.surface_files import write_surface
 from ..exports.surface_mesh import in_frame, surface_mesh
 from ..exports.tetrahedra import TetrahedralMesh, check_tetrahedra, tetrahedra
@@ -22,9 +21,9 @@ from ..ground.progress import Progress
 from ..readers.gaussian_ply import read_gaussians
 from ..simulation.organ_body import metres_per_unit
 from ..simulation.session import Recording, Snapshot
-from .output_folder import whole_or_nothing
 from .processor import one_blas_thread
-from .recorded_moment import moment_at, moments, recording_of
+from .recorded_moment import moment_at, recording_of
+from .recorded_splat import write_splat_frames
 from .simulated_organ import body_from_options, camera_of
 from .terminal_progress import shown_progress
 
@@ -151,9 +150,4 @@ def _splat(arguments: argparse.Namespace, source: _Source, progress: Progress) -
     if once:
         splat.write(arguments.out, moment_at(recording, _time(arguments), progress=progress))
         return [told]
-    count, steps = 0, max(len(recording.events), 1)
-    with whole_or_nothing(Path(arguments.out)) as folder:
-        for count, moment in enumerate(moments(recording)):
-            progress("write the frames", count / steps)
-            splat.write(frame_name(folder, count), moment)
-    return [told, f"{count + 1} frames"]
+    return [told, f"{write_splat_frames(arguments.out, recording, splat, progress=progress)} frames"]

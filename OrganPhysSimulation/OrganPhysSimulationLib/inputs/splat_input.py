@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -38,15 +39,33 @@ def gaussians_of_node(node: Any) -> Gaussians:
     )
 
 
-def gaussians_of_file(node: Any) -> Gaussians:
-    """All the file has, for export. InputError: the file is gone or is another one."""
+@dataclass(frozen=True)
+class SplatFile:
+    """The file that the splat node ``name`` with ``count`` Gaussians came from, free of nodes."""
+
+    path: str
+    name: str
+    count: int
+
+    def read(self) -> Gaussians:
+        """All the file has, for export. InputError: the file is gone or is another one."""
+        gaussians = read_gaussians(self.path)
+        if len(gaussians) != self.count:
+            raise InputError(f"{self.path}: holds another number of Gaussians than {self.name}; load the splat again")
+        return gaussians
+
+
+def file_of(node: Any) -> SplatFile:
+    """Where a splat came from. InputError: it does not say."""
     path = checked_splat(node).GetAttribute("OrganPhys.SplatFile")
     if not path:
         raise InputError(f"splat: {node.GetName()} does not say which file it came from; load its .ply again")
-    gaussians = read_gaussians(path)
-    if len(gaussians) != node.GetPolyData().GetNumberOfPoints():
-        raise InputError(f"{path}: holds another number of Gaussians than {node.GetName()}; load the splat again")
-    return gaussians
+    return SplatFile(path, node.GetName(), node.GetPolyData().GetNumberOfPoints())
+
+
+def gaussians_of_file(node: Any) -> Gaussians:
+    """All that the file of a splat has."""
+    return file_of(node).read()
 
 
 def shown_rows(node: Any) -> Any:

@@ -14,6 +14,7 @@ from organphys.exports.recording_file import save_recording
 from organphys.ground.atomic_file import atomic_path
 from organphys.ground.checks import InputError
 from organphys.simulation.moved_splat import moved_splat
+from organphys.simulation.session import Recording
 from OrganPhysRegistrationLib.inputs.matrices import matrix_of
 
 from ..engine.live_simulation import LiveSimulation
@@ -56,7 +57,12 @@ def export_recording(live: LiveSimulation, path: str | os.PathLike[str]) -> None
     """All that was done since the beginning or the last reset, as .npz; ``organphys`` replays it."""
     if Path(path).suffix.lower() != ".npz":
         raise InputError(f"{path}: a recording is written as .npz")
+    save_recording(path, recorded(live))
+
+
+def recorded(live: LiveSimulation) -> Recording:
+    """All that was done since the beginning or the last reset. InputError: nothing was."""
     recording = live.recording()
     if not recording.events:
         raise InputError("recording: nothing was simulated since the beginning, the last reset or a change of tissue")
-    save_recording(path, recording)
+    return recording

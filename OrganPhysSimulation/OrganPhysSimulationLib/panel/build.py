@@ -11,6 +11,7 @@ from .pins_section import PinsSection
 from .readings_section import ReadingsSection
 from .record_section import RecordSection
 from .run_section import RunSection
+from .sequence_section import SequenceSection
 from .tissue_section import TissueSection
 from .tool_section import ToolSection
 
@@ -28,5 +29,6 @@ def build_panel(ui: Any, logic: Any) -> Panel:
         ToolSection(panel),
         DisplaySection(panel),
         RecordSection(panel),
+        SequenceSection(panel),
     ]
     return panel
