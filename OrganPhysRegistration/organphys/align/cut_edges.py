@@ -28,7 +28,7 @@ SHORTEST = 10  # pixels of edge; shorter stretches are noise
 # Squared cosine at the edge, from a line fitted further in: 0.1 in the median at true outlines, 0.5 at cuts
 LIKELY, POSSIBLE = 0.3, 0.15
 STRIP = (4.0, 6.0)  # pixels: as INWARD, of the disc to which the line is fitted
-THINNED = 2  # of so many surface points in it, one serves
+THINNED = 2  # of so many pixels, one gets a line: those beside it decide with it anyway
 
 
 def beyond_cuts(outline: Mask, cut: Mask) -> Mask:
@@ -90,11 +90,11 @@ class Edge:
         sure (hysteresis; Canny, PAMI 1986): the ends of a cut look like outlines, and a few of them taken for true rim
         make the organ too small.
         """
-        places, facing = cKDTree(self.places.data[::THINNED]), self.facing[::THINNED]
-        near = PointGroups.within(places, self._inside(STRIP[0]), STRIP[1] * self.pixel)
-        offset, inward = places.data[near.member] - self.centres[near.place], self.inward[near.place]
+        some = np.arange(0, len(self.pixels), THINNED)
+        near = PointGroups.within(self.places, self._inside(STRIP[0])[some], STRIP[1] * self.pixel)
+        offset, inward = self.places.data[near.member] - self.centres[some][near.place], self.inward[some][near.place]
         depth = np.einsum("ij,ij->i", offset, inward) / self.pixel
-        squared = self._beside().median(near.line_at_zero(depth, facing * np.abs(facing)))
+        squared = self._beside(some).median(near.line_at_zero(depth, self.facing * np.abs(self.facing)))
         likely, possible = (cut | self._mask(squared > limit) for limit in (LIKELY, POSSIBLE))
         found: Mask = ndimage.binary_propagation(likely, np.ones((3, 3)), mask=possible)
         return found
@@ -103,9 +103,9 @@ class Edge:
         """Places (K, 2) so many pixels inward of the edge."""
         return self.centres + away * self.pixel * self.inward
 
-    def _beside(self) -> PointGroups:
-        """The pixels that decide together with each."""
-        return PointGroups.within(cKDTree(self.pixels), self.pixels.astype(np.float64), ALONG)
+    def _beside(self, some: slice | NDArray[np.int64] = slice(None)) -> PointGroups:
+        """The pixels, or ``some`` of them, that decide together with each."""
+        return PointGroups.within(cKDTree(self.pixels[some]), self.pixels.astype(np.float64), ALONG)
 
     def _mask(self, found: NDArray[np.bool_]) -> Mask:
         mask = np.zeros(self.shape, dtype=np.bool_)
